@@ -86,8 +86,8 @@ static struct render_counts scaled(const struct render_counts *counts, double sh
     return part;
 }
 
-/* The share of a tile's pixels that are still in the coverage, from which they are removed: so each pixel counts with
- * the first tile that this is called with. */
+/* Removes the tile's pixels from the coverage, so that each counts only once; returns the share of them that was still
+ * in it. */
 static double share_of(struct coverage *coverage, const struct tile *tile)
 {
     return coverage_remove(coverage, tile) / (double)tile_pixels(tile);

@@ -235,9 +235,9 @@ static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
 }
 
 /*
- * Illumination models 0 and 1 have no highlight; from 3 on, the highlight's colour is the mirror's
- * as well. What lets light through shows so much less of its own colour: next to nothing, where it hides next
- * to nothing of what is behind it.
+ * Completes the materials from number `first` on. Illumination models 0 and 1 have no highlight; from 3 on, the mirror
+ * has the highlight's colour. The more light a material transmits, the less of its own colour it shows: next to nothing
+ * where it hides next to nothing of what is behind it.
  */
 static void finish(struct mtl *mtl, size_t first)
 {

@@ -127,9 +127,9 @@ static struct work work_of(const struct report *report, const struct render_coun
     return work;
 }
 
-/* Where cores were shared, the CPU time is divided in proportion to the wall time of the parts of tiles, as others'
- * turns on the core fall on all parts alike. What is between two tiles gets none of it: the CPU time is asked for there
- * by a system call, at which the system tends to let others run. */
+/* Where cores were shared, the CPU time is divided in proportion to the wall time of the parts of tiles, as preemption
+ * hits all of these parts alike. It hits the time between two tiles more often, which is left out: the CPU time is
+ * asked for there by a system call, at which the system tends to let others run. */
 static double part_of(const struct work *work, double seconds)
 {
     double parts = work->probe + work->intersect + work->shade;
@@ -514,7 +514,7 @@ static void put_error(struct table *table, const struct report *report)
         put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
-/* The error by what max_depth and cutoff have left out. */
+/* The bound of the error that max_depth and cutoff can have caused. */
 static void put_truncation(struct table *table, const struct report *report)
 {
     double most = report_picture_counts(report).truncation;

@@ -194,7 +194,7 @@ void share_skip(struct shares *shares, const struct tile *tile)
 }
 
 /* The weight, as a part of a share's pixels, of the mean over all shares. Pixels in the middle of a picture take many
- * times as long as those of the sky, so what a share's finished pixels took says nothing certain of its others. For
+ * times as long as those of the sky, so what a share's finished pixels took is no reliable guide to its others. For
  * strips, cyclic pixels and rows of lantern and garden on 2 to 44 renderers, the predicted time left is too long or too
  * short by a factor of 1.9 on average. By the share's own pixels alone it is 2.2, and up to 16 where a strip begins
  * with expensive pixels; by all finished pixels it is 3.3. */

@@ -156,7 +156,8 @@ static uint32_t find_half(const size_t counts[HALVES], size_t *k)
 }
 
 /* The k-th smallest, from 0 on, of values that are not negative, whose bits are in the same order. A radix selection by
- * half of the bits at a time, which takes a fraction of the time of sorting: it is done within a time limit. */
+ * half of the bits at a time, which takes a fraction of the time of sorting: it is part of what a time limit has to
+ * leave room for. */
 static float kth_smallest(const float *values, size_t count, size_t k)
 {
     size_t *counts = allocate_zeroed(HALVES, sizeof *counts);
