@@ -1,6 +1,7 @@
 #include "worker/box.h"
 
-/* The sign of the distance to face p less the distance to face q: (p - o) / d as fractions. */
+/* The sign of the distance to face p minus that to face q; the distances (p - o) / d are compared as
+ * fractions. */
 static int compare_faces(const struct box *box, const struct ray *ray, uint32_t p, uint32_t q)
 {
     double dp = vec_component(&ray->direction, p / 2), dq = vec_component(&ray->direction, q / 2);
@@ -18,7 +19,7 @@ bool box_is_met(const struct box *box, const struct ray *ray)
 {
     for (uint32_t i = 0; i < 3; i++) {
         double speed = vec_component(&ray->direction, i);
-        if (speed == 0) continue; /* between these faces, box_line() has found */
+        if (speed == 0) continue; /* box_line() has found that the line is between these faces */
         uint32_t in = 2 * i + (speed < 0 ? 1 : 0);
         for (uint32_t j = 0; j < 3; j++) {
             double other = vec_component(&ray->direction, j);

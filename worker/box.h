@@ -1,4 +1,4 @@
-/* Ray and axis-aligned box. */
+/* Intersection of a ray and an axis-aligned box. */
 #ifndef FARM_WORKER_BOX_H
 #define FARM_WORKER_BOX_H
 
@@ -18,8 +18,8 @@ static inline double box_face(const struct box *box, uint32_t part)
 }
 
 /*
- * The part of the line between the three pairs of faces, in rounded distances. A ray parallel to a
- * pair of faces is between them (the box is closed) or misses: false.
+ * The part of the line between all three pairs of faces, in rounded distances. A ray parallel to a pair of
+ * faces is either between them (the box is closed), or misses the box: false.
  */
 static inline bool box_line(const struct box *box, const struct ray *ray, struct crossings *line)
 {
@@ -48,13 +48,13 @@ static inline bool box_line(const struct box *box, const struct ray *ray, struct
     return true;
 }
 
-/* A box without thickness along some axis is a sheet, crossed once whatever the direction. */
+/* Whether the box has no thickness along some axis: such a sheet is crossed once, whatever the direction. */
 static inline bool box_is_sheet(const struct box *box)
 {
     return box->min.x == box->max.x || box->min.y == box->max.y || box->min.z == box->max.z;
 }
 
-/* The face of a sheet that looks at the ray; `otherwise` for a ray along it. */
+/* The face of a sheet that faces the ray; `otherwise` for a ray parallel to it. */
 static inline uint32_t box_sheet_face(const struct box *box, const struct ray *ray,
                                       uint32_t otherwise)
 {
@@ -66,12 +66,13 @@ static inline uint32_t box_sheet_face(const struct box *box, const struct ray *r
     return otherwise;
 }
 
-/* Whether the line enters all three pairs of faces before it leaves any, without rounding. */
+/* Whether the line enters all three pairs of faces before it leaves any, decided exactly. */
 bool box_is_met(const struct box *box, const struct ray *ray);
 
 /*
- * A distance to a face is rounded twice, so two of them are certainly in order when they differ by
- * 4 u (1 + u) of the larger one; twice that covers the roundings of this comparison.
+ * Relative error of the comparison of two distances. A distance to a face is rounded twice, so the order of
+ * two of them is certain if they differ by 4 u (1 + u) of the larger one; twice that covers the roundings of
+ * this comparison.
  */
 #define BOX_FILTER (8 * UNIT_ROUNDOFF)
 
@@ -86,7 +87,7 @@ static inline bool box_line_is_inside(const struct box *box, const struct ray *r
     return box_is_met(box, ray);
 }
 
-/* Whether a ray that starts on a face goes into the box. Along a face is outside. */
+/* Whether a ray that starts on a face goes into the box. Along the face counts as outside. */
 static inline bool box_goes_inside(uint32_t face, const struct ray *ray)
 {
     double speed = vec_component(&ray->direction, face / 2);
@@ -94,8 +95,8 @@ static inline bool box_goes_inside(uint32_t face, const struct ray *ray)
 }
 
 /*
- * The way out of a ray that starts on a face and goes into the box. Its rounded origin may lie
- * beside the box at an edge: then it leaves at once, but it does leave.
+ * The exit of a ray that starts on a face and goes into the box. At an edge its rounded origin may lie beside
+ * the box; it then leaves at once, but it does leave.
  */
 static inline struct crossings box_way_out(const struct box *box, const struct ray *ray)
 {
@@ -112,9 +113,9 @@ static inline struct crossings box_way_out(const struct box *box, const struct r
 }
 
 /*
- * In and out. leaving: the ray starts on the face from_part of this box; outward of it nothing can
- * be met, inward only the way out. Which of two faces is met at their edge is left to the rounded
- * distances, with the lower axis first.
+ * Entry and exit. leaving: the ray starts on face from_part of this box; if it goes outward there is no
+ * crossing, if inward only the exit. Which of two faces is hit at their common edge follows from the rounded
+ * distances; equal ones go to the lower axis.
  */
 static inline struct crossings box_crossings(const struct box *box, const struct ray *ray,
                                              bool leaving, uint64_t *exact)
@@ -123,7 +124,7 @@ static inline struct crossings box_crossings(const struct box *box, const struct
     if (leaving) return box_way_out(box, ray);
     if (!box_line(box, ray, &line)) return NO_CROSSINGS;
     if (!box_line_is_inside(box, ray, &line, exact)) return NO_CROSSINGS;
-    if (line.t[1] < line.t[0]) line.t[1] = line.t[0]; /* in order but for their rounding */
+    if (line.t[1] < line.t[0]) line.t[1] = line.t[0]; /* they are in order except for rounding */
     if (box_is_sheet(box)) {
         line.part[0] = box_sheet_face(box, ray, line.part[0]);
         line.t[1] = NOT_CROSSED;

@@ -2,7 +2,7 @@
 
 #include "worker/primitive.h"
 
-/* A plane by three corners, or by one and its normal, of any length; neither: it is none. */
+/* A plane, given by three corners, or by one point and a normal of any length; corners = 0: not flat. */
 struct flat {
     unsigned corners;
     struct vec3 at[3];
@@ -70,8 +70,11 @@ static void add_triple(struct accumulator *sum, const struct dd3 *p, const struc
     }
 }
 
-/* Whether (p x q).r = 0. Rounded to double, it errs by less than 16 u of the product of the sizes. What is near 0 are
- * mostly vectors between points of one magnitude: those fit into integers. */
+/*
+ * Whether (p x q).r = 0. The value rounded to double has an error of less than 16 u of the product of the
+ * sizes. Triples near 0 mostly consist of vectors between points of similar magnitude, which fit into
+ * integers.
+ */
 static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struct dd3 *r)
 {
     struct vec3 a = dd3_round(*p), b = dd3_round(*q), c = dd3_round(*r);
@@ -98,7 +101,7 @@ static bool is_in_plane(struct vec3 point, const struct flat *flat)
     return triple_is_zero(&p, &q, &way);
 }
 
-/* Whether p x q = 0: then it is across three axes, too. */
+/* Whether p x q = 0, that is whether it is orthogonal to all three axes. */
 static bool are_parallel(const struct dd3 *p, const struct dd3 *q)
 {
     const struct vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -114,7 +117,7 @@ static bool are_one_sphere(const struct sphere *a, const struct sphere *b)
     return a->radius == b->radius && vec_is_same(a->center, b->center);
 }
 
-/* Cylinders of different lengths, too. */
+/* Whether the sides of two cones lie on one surface; cylinders may differ in length. */
 static bool are_one_side(const struct cone *a, const struct cone *b)
 {
     if (vec_is_same(a->base, b->base) && vec_is_same(a->apex, b->apex))
@@ -129,7 +132,7 @@ static bool are_one_side(const struct cone *a, const struct cone *b)
            a->base_radius == b->apex_radius && a->apex_radius == b->base_radius;
 }
 
-/* Of one kind, and no part of them is flat. */
+/* For primitives of the same kind whose parts a and b are not flat. */
 static bool are_in_one(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                        uint32_t part_of_b)
 {
@@ -140,7 +143,7 @@ static bool are_in_one(const struct scene *scene, uint32_t a, uint32_t part_of_a
            part_of_b == CONE_SIDE && are_one_side(&scene_cones(scene)[i], &scene_cones(scene)[k]);
 }
 
-/* Whether all corners have this coordinate. */
+/* Whether all corners have this coordinate on the axis. */
 static bool is_across(const struct flat *flat, unsigned axis, double place)
 {
     for (unsigned i = 0; i < flat->corners; i++)
@@ -148,7 +151,8 @@ static bool is_across(const struct flat *flat, unsigned axis, double place)
     return true;
 }
 
-/* Whether two triangles have one coordinate in common: what walls and floors have is told without arithmetic. */
+/* Whether two triangles lie in one plane orthogonal to an axis: walls and floors are decided without
+ * arithmetic. */
 static bool are_across_one_axis(const struct flat *a, const struct flat *b)
 {
     if (a->corners != 3 || b->corners != 3) return false;
@@ -180,7 +184,7 @@ enum surfaces surfaces_of(const struct scene *scene, uint32_t a, uint32_t part_o
     return same ? SURFACES_ONE_ROUND : SURFACES_TWO;
 }
 
-/* The plane's normal n times a way: n.way. */
+/* Computes n.way, with the plane's normal n. */
 static void along_normal(const struct flat *flat, struct dd3 way, struct accumulator *sum)
 {
     accumulator_clear(sum);
@@ -206,7 +210,7 @@ static void approach_of(const struct flat *flat, const struct ray *ray, struct a
     along_normal(flat, dd3_of(ray->direction), &approach->speed);
 }
 
-/* The same in double-double, and bounds of their sizes. */
+/* The same in double-double, with bounds on the sizes of the terms. */
 struct rough_approach {
     struct dd height, speed;
     double way, step;
@@ -226,10 +230,11 @@ static struct rough_approach rough_approach_of(const struct flat *flat, const st
                                    size * dd3_size(way), size * sum_of_sizes(ray->direction)};
 }
 
-/* Of the sizes, more than double-double errs by: heights and speeds by less than 64 u^2. */
+/* Relative to these sizes, an upper bound on the error of double-double: that of heights and speeds is less
+ * than 64 u^2. */
 #define ROUGH_ERROR 0x1p-96
 
-/* -1, 0 or 1; 0: the sign of a number of such size may be any. */
+/* The sign of a value with terms of this size: -1 or 1, or 0 if it is uncertain. */
 static int rough_sign(struct dd value, double size)
 {
     bool in_range = size > 0x1p-400 && size < 0x1p400;
@@ -237,7 +242,7 @@ static int rough_sign(struct dd value, double size)
     return value.high < 0 ? -1 : 1;
 }
 
-/* The order of compare_flats(), or 0: it takes exact arithmetic. */
+/* The order of compare_flats(), or 0 if it needs exact arithmetic. */
 static int rough_order(const struct flat *a, const struct flat *b, const struct ray *ray)
 {
     struct rough_approach p = rough_approach_of(a, ray), q = rough_approach_of(b, ray);

@@ -1,5 +1,7 @@
-/* Surfaces without rounding: whether two lie in one plane or other surface, and which of two flat ones a ray meets
- * first. */
+/*
+ * Exact predicates on surfaces: whether two lie in one plane or on one curved surface, and which of two flat
+ * ones a ray crosses first.
+ */
 #ifndef FARM_WORKER_COPLANAR_H
 #define FARM_WORKER_COPLANAR_H
 
@@ -9,11 +11,14 @@
 
 #include "worker/ray.h"
 
-/* In what two primitives lie, or parts of them (as in struct hit). One that is round: the same sphere, a cylinder of
- * the same axis and radius, or a cone with the same ends. */
+/*
+ * The relation of two primitives, or of parts of them (as in struct hit): in two surfaces, in one plane, or
+ * on one curved surface, that is the same sphere, cylinders with the same axis and radius, or cones with the
+ * same ends.
+ */
 enum surfaces { SURFACES_TWO, SURFACES_ONE_PLANE, SURFACES_ONE_ROUND };
 
-/* Without rounding. */
+/* The relation, decided exactly. */
 enum surfaces surfaces_of(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                           uint32_t part_of_b);
 
@@ -23,12 +28,15 @@ static inline bool are_in_one_surface(const struct scene *scene, uint32_t a, uin
     return surfaces_of(scene, a, part_of_a, b, part_of_b) != SURFACES_TWO;
 }
 
-/* So many are remembered, of the rays of one wave: not more than half of the nearest cache has room for. */
+/* Size of a cache of coplanar primitives for the rays of one wave; at most half of what fits into the L1
+ * cache. */
 #define KNOWN_PLANES_BITS 11
 #define KNOWN_PLANES      (1u << KNOWN_PLANES_BITS)
 
-/* Of some of what is flat, as surfaces_of() has said of it: what has the same `as` lies in one plane. No kinds of
- * several parts. */
+/*
+ * A cache of results of surfaces_of() for flat primitives: those with equal `as` lie in one plane. It holds
+ * no kinds that have several parts.
+ */
 struct known_planes {
     bool any; /* the rest is defined */
     struct {
@@ -36,7 +44,7 @@ struct known_planes {
     } of[KNOWN_PLANES];
 };
 
-/* Each id has one place; the last one that came there is known. */
+/* A direct-mapped cache: each id has one place, which holds the last id stored there. */
 static inline unsigned known_place(uint32_t id)
 {
     return id * UINT32_C(0x9e3779b1) >> (32 - KNOWN_PLANES_BITS);
@@ -55,7 +63,7 @@ static inline bool has_one_plane(uint32_t id)
     return kind <= PRIMITIVE_PATCH || kind == PRIMITIVE_DISC || kind == PRIMITIVE_PLANE;
 }
 
-/* They lie in one plane. */
+/* Records that a and b lie in one plane. */
 static inline void note_coplanar(struct known_planes *known, uint32_t a, uint32_t b)
 {
     if (!has_one_plane(a) || !has_one_plane(b)) return;
@@ -69,8 +77,10 @@ static inline void note_coplanar(struct known_planes *known, uint32_t a, uint32_
     known->of[k].as = as;
 }
 
-/* Tells in *order by its sign, or 0, which of the two planes the ray's line crosses first; false: one of
- * them is round, or along the ray. */
+/*
+ * Compares where the ray's line crosses two planes: *order < 0 if it crosses a first, > 0 if b, 0 if both at
+ * once. false: one of them is not flat, or is parallel to the ray.
+ */
 bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
                    uint32_t b, uint32_t part_of_b, int *order);
 

@@ -4,13 +4,13 @@
 
 #include "common/whole.h"
 
-/* The place of the accumulator's lowest bit. */
+/* Exponent of the accumulator's lowest bit. */
 #define LOWEST_EXPONENT (-64 * EXACT_LIMBS_BELOW)
 
 __extension__ typedef unsigned __int128 uint128;
 __extension__ typedef __int128 int128;
 
-/* A double as mantissa * 2^exponent; the bits are IEEE 754's. */
+/* A double as mantissa * 2^exponent, from its IEEE 754 bits. */
 struct parts {
     uint64_t mantissa;
     int exponent;
@@ -23,12 +23,12 @@ static inline struct parts parts_of(double value)
     memcpy(&bits, &value, sizeof bits);
     uint64_t mantissa = bits & ((UINT64_C(1) << 52) - 1);
     int exponent = (int)(bits >> 52 & 0x7ff);
-    /* Denormals have the exponent of the least normal numbers, without their leading 1. */
+    /* Subnormal numbers have the exponent of the least normal numbers, without the leading 1. */
     bool normal = exponent != 0;
     return (struct parts){mantissa | (uint64_t)normal << 52, exponent - 1074 - normal, bits >> 63};
 }
 
-/* Widens the window. */
+/* Widens the window to include [low, high). */
 static inline void accumulator_cover(struct accumulator *sum, unsigned low, unsigned high)
 {
     bool empty = sum->low == sum->high;
@@ -41,8 +41,8 @@ static inline void accumulator_cover(struct accumulator *sum, unsigned low, unsi
 }
 
 /*
- * Adds or subtracts an integer of `count` limbs from `place` on. The window ends at least one limb
- * above every term, so that it would take 2^63 of them to reach its sign.
+ * Adds or subtracts an integer of `count` limbs at `place`. The window ends at least one limb above every
+ * term, so that it would take 2^63 terms to overflow into its sign.
  */
 static inline void add_limbs(struct accumulator *sum, const uint64_t *limbs, unsigned count,
                              unsigned place, bool negative)
@@ -64,7 +64,7 @@ static inline void add_limbs(struct accumulator *sum, const uint64_t *limbs, uns
     }
 }
 
-/* Mantissas of 53 bits: the product of EXACT_FACTORS of them, and a limb to shift into. */
+/* Limbs of the product of EXACT_FACTORS mantissas of 53 bits, and one to shift into. */
 #define PRODUCT_LIMBS ((53 * EXACT_FACTORS + 63) / 64 + 1)
 
 static inline void multiply_by_limb(uint64_t *limbs, unsigned count, uint64_t factor)
@@ -78,7 +78,7 @@ static inline void multiply_by_limb(uint64_t *limbs, unsigned count, uint64_t fa
     limbs[count] = carry;
 }
 
-/* An integer of `count` limbs, the last one 0, times 2^exponent. */
+/* Adds an integer of `count` limbs, the last one 0, times 2^exponent. */
 static inline void add_shifted(struct accumulator *sum, uint64_t *limbs, unsigned count,
                                int exponent, bool negative)
 {
@@ -106,7 +106,7 @@ void accumulator_add(struct accumulator *sum, const double *factors, unsigned co
     add_shifted(sum, limbs, used + 1, exponent, negative);
 }
 
-/* += or -= a b c, what accumulator_add() does, for the most frequent case. */
+/* sum += or -= a b c: accumulator_add() for the most frequent case. */
 static void add_term(struct accumulator *sum, bool subtract, double a, double b, double c)
 {
     struct parts p = parts_of(a), q = parts_of(b), r = parts_of(c);
@@ -145,7 +145,7 @@ int accumulator_sign(const struct accumulator *sum)
     return 0;
 }
 
-/* A sign and an integer of `count` limbs from `place` on, the first and the last one not 0. */
+/* Sign and magnitude: an integer of `count` limbs at `place`; its first and last limb are not 0. */
 struct magnitude {
     unsigned place, count;
     bool negative;
@@ -166,7 +166,7 @@ static void magnitude_of(struct magnitude *it, const struct accumulator *sum)
     it->place = low;
     it->count = sum->high - low;
     it->negative = it->count > 0 && sum->limb[sum->high - 1] >> 63;
-    /* Of a negative number the lowest limb that is not 0 is negated, those above complemented. */
+    /* To negate, the lowest nonzero limb is negated and those above are complemented. */
     uint64_t flip = it->negative ? UINT64_MAX : 0;
     for (unsigned i = 0; i < it->count; i++)
         it->limb[i] = (sum->limb[low + i] ^ flip) + (it->negative && i == 0);
@@ -212,8 +212,8 @@ void accumulator_add_product(struct accumulator *sum, const struct accumulator *
 }
 
 /*
- * An integer of limbs, lowest first, the last one not 0, as 2^*exponent and a number from 1 to 2.
- * The bits behind the first 106 are dropped: 2^-105 of the value.
+ * An integer of limbs, lowest first, the last one not 0, as a number from 1 to 2 times 2^*exponent. Bits
+ * after the first 106 are dropped: 2^-105 of the value.
  */
 static struct dd limbs_round(const uint64_t *limbs, unsigned count, int *exponent)
 {
@@ -265,11 +265,12 @@ struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent)
     return sure ? dot : accumulated_dot(&a, &b, exponent);
 }
 
-/* Whether value is a multiple of 1 / scale, a power of two, less than 2^62 of them. */
+/* Converts value to an integer multiple of 1 / scale, a power of two; false if it is none or the integer is
+ * 2^62 or more. */
 static inline bool integer_of(double value, double scale, double inverse, int64_t *integer)
 {
     *integer = (int64_t)(value * scale);
-    return (double)*integer * inverse == value; /* after underflow, too, this would be false */
+    return (double)*integer * inverse == value; /* also false after an underflow */
 }
 
 bool exact_integers(const struct dd3 *v, struct integers *integers)
@@ -289,7 +290,8 @@ bool exact_integers(const struct dd3 *v, struct integers *integers)
     return true;
 }
 
-/* A component of p x q is less than 2^124; its lower half times d, three times, less than 2^127. */
+/* Ranges: a component of p x q is less than 2^124; its lower half times d, added three times, is less than
+ * 2^127. */
 struct dd integers_triple(const struct integers *p, const struct integers *q,
                           const struct integers *d, int *exponent)
 {

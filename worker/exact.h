@@ -1,6 +1,6 @@
 /*
- * Arithmetic with a known error, from the fused multiply-add: sums and products with their rounding
- * errors, double-double numbers, and sums of products whose sign is exact.
+ * Arithmetic with known errors, based on the fused multiply-add: sums and products with their rounding
+ * errors, double-double numbers, and sums of products with an exact sign.
  */
 #ifndef FARM_WORKER_EXACT_H
 #define FARM_WORKER_EXACT_H
@@ -13,17 +13,16 @@
 #include "common/extremes.h"
 #include "common/vec.h"
 
-/* For functions of many small ones: all of them are inlined, which compilers would not do. */
+/* For functions that call many small ones: all calls are inlined, which compilers would not do by themselves. */
 #define FLATTENED __attribute__((flatten))
 
 /* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
 #define UNIT_ROUNDOFF 0x1p-53
 
 /*
- * a b - c d with a relative error of at most 2 u (W. Kahan; Jeannerod, Louvet and Muller, "Further
- * analysis of Kahan's algorithm for the accurate computation of 2x2 determinants", Math. Comp. 82,
- * 2013), barring underflow and overflow: the sign is exact, and the result is 0 only when it
- * should.
+ * a b - c d with a relative error of at most 2 u (W. Kahan; Jeannerod, Louvet and Muller, "Further analysis
+ * of Kahan's algorithm for the accurate computation of 2x2 determinants", Math. Comp. 82, 2013), barring
+ * underflow and overflow. The sign is exact, and the result is 0 only if the exact value is.
  */
 static inline double difference_of_products(double a, double b, double c, double d)
 {
@@ -33,14 +32,14 @@ static inline double difference_of_products(double a, double b, double c, double
 }
 
 /*
- * A double-double: high + low with |low| <= u |high|, some 106 bits. The operations below are those
- * of M. Joldes, J.-M. Muller and V. Popescu, "Tight and rigorous error bounds for basic building
- * blocks of double-word arithmetic", ACM TOMS 44(2), 2017, and the root that of V. Lefevre, N. Louvet,
- * J.-M. Muller, J. Picot and L. Rideau, "Accurate calculation of Euclidean norms using double-word
- * arithmetic", ACM TOMS 49(1), 2023. Their relative errors are at most DD_ROUNDOFF times the factor
- * given at each, as long as no product of two high parts leaves [2^-900, 2^1000]. J.-M. Muller and
- * L. Rideau, "Formalization of double-word arithmetic, and comments on [the first]", ACM TOMS 48(1),
- * 2022, show 4 for products and 10 for quotients, which nothing here relies on.
+ * A double-double: high + low with |low| <= u |high|, some 106 bits. The operations below are those of M.
+ * Joldes, J.-M. Muller and V. Popescu, "Tight and rigorous error bounds for basic building blocks of
+ * double-word arithmetic", ACM TOMS 44(2), 2017, and the root is that of V. Lefevre, N. Louvet, J.-M. Muller,
+ * J. Picot and L. Rideau, "Accurate calculation of Euclidean norms using double-word arithmetic", ACM TOMS
+ * 49(1), 2023. The relative error of each is at most DD_ROUNDOFF times the factor in its comment, as long as
+ * no product of two high parts leaves [2^-900, 2^1000]. J.-M. Muller and L. Rideau, "Formalization of
+ * double-word arithmetic, and comments on [the first]", ACM TOMS 48(1), 2022, prove 4 for products and 10 for
+ * quotients; nothing here relies on these.
  */
 struct dd {
     double high, low;
@@ -53,7 +52,7 @@ static inline struct dd dd(double a)
     return (struct dd){a, 0};
 }
 
-/* a + b without error when |a| >= |b| or a = 0 (Dekker). */
+/* a + b without error if |a| >= |b| or a = 0 (Dekker's Fast2Sum). */
 static inline struct dd sum_of_ordered(double a, double b)
 {
     double high = a + b;
@@ -84,7 +83,7 @@ static inline struct dd dd_negate(struct dd a)
     return (struct dd){-a.high, -a.low};
 }
 
-/* 3 (1 + 2^-50) */
+/* Error factor 3 (1 + 2^-50). */
 static inline struct dd dd_add(struct dd a, struct dd b)
 {
     struct dd high = exact_sum(a.high, b.high);
@@ -98,7 +97,7 @@ static inline struct dd dd_sub(struct dd a, struct dd b)
     return dd_add(a, dd_negate(b));
 }
 
-/* 5 */
+/* Error factor 5. */
 static inline struct dd dd_mul(struct dd a, struct dd b)
 {
     struct dd product = exact_product(a.high, b.high);
@@ -106,7 +105,7 @@ static inline struct dd dd_mul(struct dd a, struct dd b)
     return sum_of_ordered(product.high, product.low + fma(a.high, b.low, cross));
 }
 
-/* 2 */
+/* Error factor 2. */
 static inline struct dd dd_scale(struct dd a, double b)
 {
     struct dd product = exact_product(a.high, b);
@@ -114,8 +113,8 @@ static inline struct dd dd_scale(struct dd a, double b)
 }
 
 /*
- * 15, also with dd_scale() for their product: that is worth 2, the difference of the low parts 2, the
- * rest, of 3 u of a, is rounded for 3 and divided for 3, and by b.high alone for 3.
+ * Error factor 15, also with dd_scale() for the product: that contributes 2, the difference of the low parts
+ * 2; the rest is 3 u of a, and its rounding contributes 3, its division 3, and dividing by b.high alone 3.
  */
 static inline struct dd dd_div(struct dd a, struct dd b)
 {
@@ -125,22 +124,23 @@ static inline struct dd dd_div(struct dd a, struct dd b)
     return sum_of_ordered(quotient, rest / b.high);
 }
 
-/* 25/8; NaN for what is not positive. */
+/* Error factor 25/8; NaN for values that are not positive. */
 static inline struct dd dd_root(struct dd a)
 {
     double root = sqrt(a.high), rest = fma(-root, root, a.high) + a.low;
     return sum_of_ordered(root, rest / (2 * root));
 }
 
-/* The same, but 0 for what is not positive. */
+/* The same, but 0 for values that are not positive. */
 static inline struct dd dd_sqrt(struct dd a)
 {
     return a.high > 0 ? dd_root(a) : dd(0);
 }
 
 /*
- * f + t d where both may cancel: the sum of four doubles without error but for its low part, which is
- * rounded twice, of numbers of u and 2 u of the sum. 3; some 1.4 is the most that has been met.
+ * f + t d, accurate even if the terms cancel. It is the sum of four doubles, without error except in its low
+ * part, which is rounded twice, for numbers of u and 2 u of the sum. Error factor 3; the largest that has
+ * been observed is some 1.4.
  */
 static inline struct dd dd_advance(struct dd f, double t, double d)
 {
@@ -150,7 +150,7 @@ static inline struct dd dd_advance(struct dd f, double t, double d)
     return sum_of_ordered(sum.high, sum.low + (high.low + low.low));
 }
 
-/* The exponent may be anything: ldexp() of both parts. */
+/* a 2^exponent, for any exponent: ldexp() of both parts. */
 static inline struct dd dd_ldexp(struct dd a, int exponent)
 {
     return (struct dd){ldexp(a.high, exponent), ldexp(a.low, exponent)};
@@ -165,7 +165,7 @@ static inline double power_of_two(int exponent)
     return power;
 }
 
-/* Vectors of them. */
+/* A vector of double-doubles. */
 struct dd3 {
     struct dd x, y, z;
 };
@@ -193,7 +193,7 @@ static inline struct dd3 dd3_ldexp(struct dd3 a, int exponent)
     return (struct dd3){dd_ldexp(a.x, exponent), dd_ldexp(a.y, exponent), dd_ldexp(a.z, exponent)};
 }
 
-/* The high parts: rounded to double. */
+/* The high parts, that is the vector rounded to double. */
 static inline struct vec3 dd3_round(struct dd3 a)
 {
     return vec3(a.x.high, a.y.high, a.z.high);
@@ -245,7 +245,7 @@ static inline struct dd3 dd3_cross(struct dd3 a, struct dd3 b)
                         dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
 }
 
-/* |x| + |y| + |z|: at least the length. */
+/* |x| + |y| + |z|, an upper bound on the length. */
 static inline double sum_of_sizes(struct vec3 v)
 {
     return fabs(v.x) + fabs(v.y) + fabs(v.z);
@@ -257,27 +257,27 @@ static inline double dd3_size(struct dd3 a)
 }
 
 /*
- * A number without any rounding, underflow or overflow, for sums of products of up to EXACT_FACTORS
- * doubles each: fixed-point, and wide enough for all of them (U. Kulisch's long accumulator). For
- * the few predicates that double-double leaves open. Only the limbs between the lowest and the
- * highest bit of what has been added are kept, so that numbers of one magnitude cost little: some
- * 15 ns per product of three.
+ * An accumulator for sums of products of up to EXACT_FACTORS doubles each, without rounding, underflow or
+ * overflow: a fixed-point number wide enough for all of them (U. Kulisch's long accumulator). It is for the
+ * few predicates that double-double cannot decide. Only the limbs between the lowest and the highest bit of
+ * what has been added are stored, so that numbers of similar magnitude cost little: some 15 ns per product of
+ * three.
  */
 #define EXACT_FACTORS 8
 
 /*
- * A product of n doubles is a multiple of 2^(-1074 n) and less than 2^(1024 n). The lowest limb may
- * have up to 63 more bits below, in each of up to three numbers that are multiplied:
- * EXACT_LIMBS_BELOW limbs hold the places below 1. Above, there is a limb of head room, and one for
- * the few bits by which a sum exceeds its terms.
+ * A product of n doubles is a multiple of 2^(-1074 n) and less than 2^(1024 n). The lowest limb may have up
+ * to 63 more bits below, in each of up to three numbers that are multiplied: EXACT_LIMBS_BELOW limbs hold the
+ * bits below 1. Above, there is one limb as a guard, and one for the few bits by which a sum exceeds its
+ * terms.
  */
 #define EXACT_LIMBS_BELOW ((1074 * EXACT_FACTORS + 3 * 63 + 63) / 64)
 #define EXACT_LIMBS       (EXACT_LIMBS_BELOW + 1024 * EXACT_FACTORS / 64 + 3)
 
-/* Limbs below the window [low, high) are 0, those above have all bits like its highest. */
+/* Limbs below the window [low, high) are 0; those above are copies of its sign bit. */
 struct accumulator {
     unsigned low, high;
-    uint64_t limb[EXACT_LIMBS]; /* two's complement, lowest first; defined in the window alone */
+    uint64_t limb[EXACT_LIMBS]; /* two's complement, lowest first; defined only within the window */
 };
 
 static inline void accumulator_clear(struct accumulator *sum)
@@ -285,29 +285,33 @@ static inline void accumulator_clear(struct accumulator *sum)
     sum->low = sum->high = 0;
 }
 
-/* sum += factors[0] * ... * factors[count - 1], or -= when `subtract`. The factors are finite. */
+/* sum += factors[0] * ... * factors[count - 1], or -= if subtract. The factors must be finite. */
 void accumulator_add(struct accumulator *sum, const double *factors, unsigned count, bool subtract);
 
 /* sum += sign a b c, sign = 1 or -1. */
 void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct dd b, struct dd c);
 
-/* sum += or -= the product of up to three others (NULL: 1), each a sum of products of at least one
- * double, EXACT_FACTORS in all. */
+/*
+ * sum += or -= the product of up to three others (NULL: 1). Each is a sum of products of at least one double,
+ * with at most EXACT_FACTORS in all.
+ */
 void accumulator_add_product(struct accumulator *sum, const struct accumulator *p,
                              const struct accumulator *q, const struct accumulator *r,
                              bool subtract);
 
-/* -1, 0 or 1. */
+/* The sign: -1, 0 or 1. */
 int accumulator_sign(const struct accumulator *sum);
 
-/* The value to 2^-105: *exponent and a number that is 0 or in 1 <= |v| <= 2. */
+/* The value with a relative error of 2^-105, as a number v times 2^*exponent; v is 0 or 1 <= |v| <= 2. */
 struct dd accumulator_round(const struct accumulator *sum, int *exponent);
 
 /* The same, rounded to double. */
 double accumulator_value(const struct accumulator *sum, int *exponent);
 
-/* The dot product of what cancels by less than 44 bits, where *sure stays true: 20 u^2 of the sizes is
- * the error of dd3_dot(); below 2^-400 its small parts underflow. */
+/*
+ * a . b in double-double. Clears *sure if more than 44 bits cancel, or if the sizes are not in range: the
+ * error of dd3_dot() is 20 u^2 of the sizes, and below 2^-400 its low parts underflow.
+ */
 static inline struct dd plain_dot3(struct dd3 a, struct dd3 b, bool *sure)
 {
     struct dd dot = dd3_dot(a, b);
@@ -317,28 +321,27 @@ static inline struct dd plain_dot3(struct dd3 a, struct dd3 b, bool *sure)
 }
 
 /*
- * a . b with a relative error of 2^-57, and the right sign, whatever cancels: *exponent and a
- * number whose square is in range. Double-double serves unless more than 44 bits cancel.
+ * a . b with a relative error of 2^-57 and an exact sign, whatever cancels: a number whose square is in
+ * range, times 2^*exponent. Double-double suffices unless more than 44 bits cancel.
  */
 struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent);
 
-/* d . (p x q), exact but for one rounding to double-double: *exponent and a number as from
- * accumulator_round(). */
+/* d . (p x q), rounded only once, to double-double: a number as from accumulator_round(), times 2^*exponent. */
 struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent);
 
-/* A vector whose components are multiples of 2^exponent. */
+/* A vector whose components are integers times 2^exponent. */
 struct integers {
-    int64_t at[3]; /* less than 2^61 + 2^8 */
+    int64_t at[3]; /* magnitude less than 2^61 + 2^8 */
     int exponent;
 };
 
 /*
- * false: the components do not fit, the lowest bit of one being less than 2^-61 of the largest.
- * Those of numbers of one magnitude do, and also those of the differences of two such.
+ * Converts a vector; false if its components do not fit, that is if the lowest bit of one is less than 2^-61
+ * of the largest. Components of similar magnitude fit, and so do differences of two such vectors.
  */
 bool exact_integers(const struct dd3 *v, struct integers *integers);
 
-/* exact_triple() of such vectors, with integers of 192 bits: ten times as fast. */
+/* exact_triple() of such vectors, in 192-bit integers: ten times as fast. */
 struct dd integers_triple(const struct integers *p, const struct integers *q,
                           const struct integers *d, int *exponent);
 

@@ -1,7 +1,7 @@
 /*
- * The formulas as the paper has them, or as textbooks do, chosen by render.formulas = paper: to be
- * compared with the exact ones, which are in the files of the primitives. A ray does not meet again
- * what it leaves because everything closer than an absolute distance is ignored.
+ * Intersection formulas of the paper, or of textbooks, selected by render.formulas = paper for comparison
+ * with the exact ones in the primitives' files. A ray does not hit again the surface it leaves because
+ * everything closer than an absolute distance is ignored.
  */
 #ifndef FARM_WORKER_NAIVE_H
 #define FARM_WORKER_NAIVE_H
@@ -12,7 +12,7 @@
 /* The usual absolute epsilon, in scene units along a unit direction. */
 #define NAIVE_EPSILON 1e-9
 
-/* The line against r^2 = |o + t d - c|^2 with d of unit length: t = b -+ sqrt(b^2 - L^2 + r^2). */
+/* Solves r^2 = |o + t d - c|^2 with d of unit length: t = b -+ sqrt(b^2 - L^2 + r^2). */
 static inline struct crossings naive_sphere(const struct sphere *sphere, const struct ray *ray)
 {
     struct crossings found = NO_CROSSINGS;
@@ -90,7 +90,7 @@ static inline struct crossings naive_triangle(const struct vec3 *a, const struct
     return found;
 }
 
-/* Where the height along the axis, 0 at the base and 1 at the apex, is right for the side. */
+/* Whether the height at t along the axis, 0 at the base and 1 at the apex, is on the side. */
 static inline bool naive_cone_holds(const struct cone *cone, const struct ray *ray, double t)
 {
     struct vec3 w = vec_sub(cone->apex, cone->base);
@@ -162,7 +162,7 @@ static inline struct vec3 naive_cone_normal(const struct cone *cone, struct vec3
     return vec_is_zero(normal) ? axis : vec_normalize(normal);
 }
 
-/* What is closer than the epsilon is taken for the surface that the ray starts on. */
+/* Ignores crossings closer than the epsilon: they are taken for the surface that the ray starts on. */
 static inline struct crossings naive_beyond_epsilon(struct crossings found, const struct ray *ray)
 {
     if (!(found.t[0] > 0 || found.t[1] > 0)) return NO_CROSSINGS;

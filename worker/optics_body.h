@@ -1,6 +1,6 @@
 /*
- * The arithmetic of optics.h as functions to be inlined, without branches where they are not needed:
- * one at a time in optics.c, many at once in points_light.c.
+ * The arithmetic of optics.h as inlined functions, without branches where they are not needed: used by
+ * optics.c for single rays, and by points_light.c in lanes.
  */
 #ifndef FARM_WORKER_OPTICS_BODY_H
 #define FARM_WORKER_OPTICS_BODY_H
@@ -13,9 +13,9 @@
 /* ---- what the functions share ---- */
 
 /*
- * a . b to 2^-103 |a| |b| (T. Ogita, S. Rump and S. Oishi, "Accurate sum and dot product", SIAM J.
- * Sci. Comput. 26, 2005; its last rounding left out). What cancels is not made good, as exact_dot()
- * does: here both vectors are near unit length, and |a| |b| is what counts.
+ * a . b with an error of 2^-103 |a| |b| (T. Ogita, S. Rump and S. Oishi, "Accurate sum and dot product", SIAM
+ * J. Sci. Comput. 26, 2005, without its last rounding). Unlike exact_dot(), it does not compensate
+ * cancellation: both vectors are near unit length here, and the error relative to |a| |b| is what matters.
  */
 static inline struct dd twofold_dot(struct vec3 a, struct vec3 b)
 {
@@ -24,13 +24,13 @@ static inline struct dd twofold_dot(struct vec3 a, struct vec3 b)
     return sum_of_ordered(sum.high, sum.low + (part.low + (x.low + y.low + z.low)));
 }
 
-/* a.a - 1 of a vector that is unit up to rounding. */
+/* a.a - 1, from the square of a vector that has unit length up to rounding. */
 static inline double excess(struct dd square)
 {
     return (square.high - 1) + square.low;
 }
 
-/* (v + q n)(1 - d/2), rounded once but for terms of u^2; d is some u. */
+/* (v + q n)(1 - d/2), rounded once except for terms of u^2; d is some u. */
 static inline double combined(double v, double n, struct dd q, double d)
 {
     struct dd product = exact_product(q.high, n);
@@ -43,7 +43,7 @@ static inline double combined(double v, double n, struct dd q, double d)
 
 #define SQRT_HALF 0.70710678118654752
 
-/* Whether the fourth power of v is in range, to the last bit. */
+/* Whether the fourth power of v is in range, down to the last bit. */
 static inline bool is_in_range(struct vec3 v)
 {
     double square = vec_dot(v, v);
@@ -51,9 +51,9 @@ static inline bool is_in_range(struct vec3 v)
 }
 
 /*
- * atanh(s) for |s| <= 3 - 2 sqrt 2 = 0.1716: s (1 + s^2/3 + s^4/5 + ... ). With the last term
- * below, s^20/21, the rest is smaller than 0.1716^22 / 23 / (1 - 0.03) = 2^-60.5 of the value. All
- * but the leading s is at most 1 % of the value, so that its roundings are worth 0.03 u.
+ * atanh(s) for |s| <= 3 - 2 sqrt 2 = 0.1716: s (1 + s^2/3 + s^4/5 + ... ). After the last term below,
+ * s^20/21, the remainder is less than 0.1716^22 / 23 / (1 - 0.03) = 2^-60.5 of the value. All terms but the
+ * leading s are at most 1 % of the value, so their rounding errors amount to 0.03 u.
  */
 static inline struct dd dd_atanh(struct dd s)
 {
@@ -71,12 +71,11 @@ static inline struct dd dd_atanh(struct dd s)
     return sum_of_ordered(s.high, fma(s.high * q, p, s.low));
 }
 
-/* ln 2 in two parts, the first with 32 bits: its product with a whole number below 2^21 is exact.
- */
+/* ln 2 in two parts. The first has 32 bits, so its product with an integer below 2^21 is exact. */
 #define LN2_HIGH 0x1.62e42feep-1
 #define LN2_LOW  0x1.a39ef35793c76p-33
 
-/* The whole number k as the low bits of a double's mantissa: 2^52 + k, 0 <= k < 2^52. */
+/* Stores an integer k in the low bits of a double's mantissa: 2^52 + k, 0 <= k < 2^52. */
 #define WHOLE 0x1p52
 
 static inline uint64_t bits_of(double value)
@@ -93,19 +92,19 @@ static inline double of_bits(uint64_t bits)
     return value;
 }
 
-/* 2^k as a normal number: k a whole number, -1022 <= k <= 1023. */
+/* 2^k as a normal number; k is an integer, -1022 <= k <= 1023. */
 static inline double whole_power_of_two(double k)
 {
     return of_bits(bits_of(WHOLE + 1023 + k) << 52);
 }
 
-/* The k for which 2^k <= value < 2^(k + 1); value > 0, normal. */
+/* The k with 2^k <= value < 2^(k + 1); value > 0, normal. */
 static inline double exponent_of(double value)
 {
     return of_bits(bits_of(value) >> 52 | bits_of(WHOLE)) - (WHOLE + 1023);
 }
 
-/* j for which ratio / 2^j is between 1/sqrt 2 and sqrt 2; ratio > 0, normal. */
+/* The j with ratio / 2^j between 1/sqrt 2 and sqrt 2; ratio > 0, normal. */
 static inline double scale_near_one(double ratio)
 {
     double j = exponent_of(ratio);
@@ -113,9 +112,9 @@ static inline double scale_near_one(double ratio)
 }
 
 /*
- * e^x for -700 <= x <= 0. x = k ln 2 + r with |r| <= 0.347; the series' rest behind r^13/13! is
- * below 0.347^14 / 14! = 2^-57.7. Its roundings weigh r^2/2 <= 0.06, so the error is that of the
- * last sum, below 1.3 u. No power of two is subnormal.
+ * e^x for -700 <= x <= 0. x = k ln 2 + r with |r| <= 0.347; the remainder of the series after r^13/13! is
+ * below 0.347^14 / 14! = 2^-57.7. Rounding errors of the series are scaled by r^2/2 <= 0.06, so the error is
+ * that of the last sum, below 1.3 u. No power of two is subnormal.
  */
 static inline double power_of_e(struct dd x)
 {
@@ -139,15 +138,14 @@ static inline double power_of_e(struct dd x)
 }
 
 /*
- * With T to the light, V = view and N the normal, P = (T.V)(N.N) - 2 (T.N)(V.N) and
- * Q^2 = (N.N)^2 (T.T)(V.V), cos b is P / Q for vectors of any length. Its logarithm is taken as
+ * With T to the light, V = view and N the normal, let P = (T.V)(N.N) - 2 (T.N)(V.N) and Q^2 = (N.N)^2
+ * (T.T)(V.V). Then cos b is P / Q for vectors of any length, and its logarithm is computed as
  *
  *   ln cos b = atanh((2^j P^2 - Q^2) / (2^j P^2 + Q^2)) - j/2 ln 2
  *
- * with j so that 2^j P^2 / Q^2 is between 1/sqrt 2 and sqrt 2.
- * Next to the highlight's middle, where j = 0, the numerator is -Q^2 sin^2 b. It is all that is
- * left of two numbers that are nearly equal, and exponents up to 1e15 enlarge what is lost: hence
- * double-double up to there.
+ * with j such that 2^j P^2 / Q^2 is between 1/sqrt 2 and sqrt 2. Near the middle of the highlight, where j =
+ * 0, the numerator is -Q^2 sin^2 b. It is the difference of two nearly equal numbers, and exponents up to
+ * 1e15 magnify its error: hence double-double up to there.
  */
 struct lobe {
     struct dd p, q2;
@@ -162,10 +160,10 @@ static inline struct lobe lobe_of(struct vec3 view, struct vec3 normal, struct v
                          dd_mul(dd_mul(n_n, n_n), lengths)};
 }
 
-/* Below this the square of P is not in range. */
+/* If P is less than this, its square is not in range. */
 #define LOBE_P_MIN 0x1p-300
 
-/* cos^n b for a P of LOBE_P_MIN or more, that was divided by 2^shift. */
+/* cos^n b for P >= LOBE_P_MIN, after P was divided by 2^shift. */
 static inline double lobe_power(const struct lobe *lobe, double shift, double shininess)
 {
     struct dd p2 = dd_mul(lobe->p, lobe->p), q2 = lobe->q2;
@@ -180,7 +178,7 @@ static inline double lobe_power(const struct lobe *lobe, double shift, double sh
     log.low = halves != 0 ? sum.low : log.low;
     struct dd power = exact_product(shininess, log.high);
     power.low = fma(shininess, log.low, power.low);
-    /* A cosine of 1 may be rounded to more. */
+    /* Rounding may make the cosine more than 1. */
     power.low = power.high > 0 ? 0 : power.low;
     power.high = power.high > 0 ? 0 : power.high;
     return power.high >= -700 ? power_of_e(power) : 0;
@@ -189,8 +187,8 @@ static inline double lobe_power(const struct lobe *lobe, double shift, double sh
 /* ---- mirrors ---- */
 
 /*
- * (v - 2 (v.n) n / n.n) / |v|. With n.n = 1 + e and v.v = 1 + d, where e and d are some u, the
- * quotients are 1 - e and the Newton step 1 - d/2 up to u^2. *v_n is v.n.
+ * (v - 2 (v.n) n / n.n) / |v|. With n.n = 1 + e and v.v = 1 + d, where e and d are some u, the divisions
+ * become multiplications by 1 - e and by the Newton step 1 - d/2, accurate up to u^2. *v_n receives v.n.
  */
 static inline struct vec3 mirrored_view(struct vec3 view, struct vec3 normal, double *v_n)
 {
@@ -203,8 +201,8 @@ static inline struct vec3 mirrored_view(struct vec3 view, struct vec3 normal, do
 }
 
 /*
- * Components are rounded by half an ulp, the vector by u at most, and so is out.n, which is -v.n:
- * only when that is smaller can it point behind the surface.
+ * Components are rounded by half an ulp, the vector by at most u, and so is out.n, which is -v.n. Only if
+ * that is smaller can out point behind the surface.
  */
 static inline bool mirror_may_enter(double v_n)
 {
@@ -213,27 +211,27 @@ static inline bool mirror_may_enter(double v_n)
 
 /* ---- refraction ---- */
 
-/* What is known of a passage from an index n1 to another n2 under the cosine c, all scaled alike.
- */
+/* A refraction from index n1 to index n2 with incident cosine c, all scaled alike. */
 struct transition {
     double n1, n2;
     struct dd c;
     struct dd k; /* n2^2 k = (n2 - n1)(n2 + n1) + (n1 c)^2 */
 };
 
-/* Whether an index is as it is without scaling. */
+/* Whether indices up to this can be used without scaling. */
 static inline bool is_plain_index(double largest)
 {
     return (largest > 0x1p-100) & (largest < 0x1p100);
 }
 
 /*
- * Double-double keeps n2^2 k to some 2^-102 of its two terms; where less than 2^-40 of them is
- * left, it is summed exactly: what is kept is right to 2^-62, and its sign always.
+ * In double-double, n2^2 k has an error of some 2^-102 of its two terms. If less than 2^-40 of them is left,
+ * it is summed exactly instead. So the value has an error of at most 2^-62 of itself, and its sign is always
+ * right.
  */
 #define K_FILTER 0x1p-40
 
-/* The passage by double-double; *sure: that will do. */
+/* The refraction in double-double; *sure: that is accurate enough. */
 static inline struct transition transition_from(double n1, double n2, struct dd cos_i, bool *sure)
 {
     struct transition at = {.n1 = n1, .n2 = n2, .c = cos_i};
@@ -245,10 +243,10 @@ static inline struct transition transition_from(double n1, double n2, struct dd 
     return at;
 }
 
-/* An index this much smaller than the one on the other side lets nothing in: 1e-150 of it. */
+/* If n2 is this much smaller than the index on the other side (1e-150 of it), no light enters. */
 #define N2_MIN 0x1p-500
 
-/* (a v + b n), rounded once. */
+/* a v + b n, rounded once. */
 static inline double blended(struct dd a, double v, struct dd b, double n)
 {
     struct dd first = exact_product(a.high, v), second = exact_product(b.high, n);
@@ -256,8 +254,10 @@ static inline double blended(struct dd a, double v, struct dd b, double n)
     return sum.high + (sum.low + (first.low + second.low) + (a.low * v + b.low * n));
 }
 
-/* -v.n of the unit vectors that view and normal stand for, see mirrored_view(); *e and *d are what
- * the squares of normal and view are above 1. */
+/*
+ * -v.n of the exact unit vectors that view and normal approximate, see mirrored_view(). *e and *d receive the
+ * excess over 1 of the squares of normal and view.
+ */
 static inline struct dd cosine_in(struct vec3 view, struct vec3 normal, double *e, double *d)
 {
     struct dd v_n = twofold_dot(view, normal);
@@ -267,7 +267,7 @@ static inline struct dd cosine_in(struct vec3 view, struct vec3 normal, double *
     return sum_of_ordered(cos_i.high, cos_i.low - 0.5 * (*d + *e) * cos_i.high);
 }
 
-/* v (n1 / n2) + n (n1 c - sqrt(n2^2 k)) / n2; n2^2 k and its root are given. */
+/* v (n1 / n2) + n (n1 c - sqrt(n2^2 k)) / n2. root: the square root of n2^2 k. */
 static inline struct vec3 passed_view(struct vec3 view, struct vec3 normal,
                                       const struct transition *at, struct dd root, double e,
                                       double d)

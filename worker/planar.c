@@ -10,7 +10,7 @@ struct dd plane_parameter(struct vec3 point, struct vec3 normal, const struct ra
     return dd_ldexp(dd_div(height, speed), above - below);
 }
 
-/* A plane along two axes: the normal cancels and two roundings remain. */
+/* A plane orthogonal to an axis: the normal cancels out, and two roundings remain. */
 static inline double axis_distance(double point, double origin, double direction)
 {
     if (direction == 0) return NOT_CROSSED;
@@ -33,16 +33,16 @@ FLATTENED struct dd3 plane_point(struct vec3 point, struct vec3 normal, const st
 }
 
 /*
- * In plain arithmetic n.f errs by 4.1 u |f| and n.d by 3 u |d| (n is unit); with k = |d| / |n.d|
- * the parameter's error displaces p = f + t d by k (4.1 u |f| + 3 u |t d|), and the components of p
- * add 3 u (|f| + |t d|). Sums of absolute values are bounds of the lengths; the rest of 8 covers
- * the roundings of the bound itself and, as long as k u < 1/64, the terms of second order.
+ * In plain arithmetic n.f errs by 4.1 u |f| and n.d by 3 u |d| (n is unit). With k = |d| / |n.d|, the
+ * parameter's error displaces p = f + t d by k (4.1 u |f| + 3 u |t d|), and the components of p add 3 u (|f|
+ * + |t d|). Sums of absolute values are bounds on the lengths; the rest of 8 covers the roundings of the
+ * bound itself and, while k u < 1/64, the terms of second order.
  */
 #define DISC_FILTER (8 * UNIT_ROUNDOFF)
 
 enum side { SIDE_OPEN, SIDE_IN, SIDE_OUT };
 
-/* Compares |p| with the radius when p errs by `error`; the squares must be in range. */
+/* Compares |p| with the radius if p errs by `error`; the squares must be in range. */
 static enum side rim_side(double pp, double radius, double error)
 {
     double inner = radius - error, outer = radius + error;
@@ -66,8 +66,10 @@ static enum side disc_side_filtered(const struct disc *disc, const struct ray *r
     return rim_side(vec_dot(p, p), disc->radius, error);
 }
 
-/* The same in double-double, with the same bound for its 2^50 times smaller roundings: u^2 instead
- * of u, and 8 operations' factors of up to 10 instead of 1. */
+/*
+ * The same in double-double, with the same bound for its 2^50 times smaller roundings: u^2 instead of u, and
+ * error factors of up to 10 instead of 1 in 8 operations.
+ */
 static enum side disc_side_careful(const struct disc *disc, const struct ray *ray)
 {
     struct vec3 d = ray->direction;
@@ -81,8 +83,8 @@ static enum side disc_side_careful(const struct disc *disc, const struct ray *ra
 }
 
 /*
- * |p|^2 <= r^2 times (n.d)^2: with p = f - d (n.f) / (n.d), the vector v = p n.d has the components
- * sum over j of n_j (f_i d_j - d_i f_j).
+ * Decides |p|^2 <= r^2, multiplied by (n.d)^2, exactly. With p = f - d (n.f) / (n.d), the vector v = p n.d
+ * has the components sum over j of n_j (f_i d_j - d_i f_j).
  */
 static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
 {

@@ -5,8 +5,8 @@
 #include "worker/shape.h"
 
 /*
- * Where the ray crosses the plane, with an error of at most 2 u + 2^-54, also when it runs along
- * the plane but for 1e-15; NOT_CROSSED when it is parallel, whether in the plane or not.
+ * The parameter at which the ray crosses the plane, with an error of at most 2 u + 2^-54, also if it is
+ * within 1e-15 of being parallel; NOT_CROSSED if it is parallel, in the plane or not.
  */
 double plane_distance(struct vec3 point, struct vec3 normal, const struct ray *ray);
 
@@ -18,8 +18,10 @@ static inline struct crossings plane_crossings(const struct plane *plane, const 
     return one_crossing(plane_distance(plane->point, plane->normal, ray));
 }
 
-/* A circle's extent along an axis is the radius times the sine of the normal's angle to that axis,
- * taken from the two other components: 1 - n^2 would cancel. */
+/*
+ * Half extents of a circle. Along an axis it is the radius times the sine of the angle between normal and
+ * axis, computed from the other two components: 1 - n^2 would cancel.
+ */
 static inline void circle_extent(struct vec3 unit_normal, double radius, double extent[3])
 {
     struct vec3 n = unit_normal;
@@ -41,10 +43,10 @@ static inline struct bounds disc_bounds(const struct disc *disc)
     return bounds;
 }
 
-/* The rim belongs to the disc, and whether the ray meets it is decided without error. */
+/* The crossing with a disc, whose rim belongs to it. Whether the ray meets it is decided exactly. */
 struct crossings disc_crossings(const struct disc *disc, const struct ray *ray, uint64_t *exact);
 
-/* Where the ray crosses a plane, seen from its point. */
+/* The point at which the ray crosses a plane, relative to the plane's point. */
 struct dd3 plane_point(struct vec3 point, struct vec3 normal, const struct ray *ray);
 
 #endif

@@ -1,12 +1,12 @@
 /*
- * Triangles of a leaf against a ray, in float and from corners that are rounded to 16 bits (struct
- * bvh_corners): a quarter of the work of worker/triangle_lanes.h and of the memory. Tells which
- * triangles are certainly missed and which certainly crossed; the others are for exact tests.
+ * Tests of the triangles of a leaf against a ray, in float and with vertices rounded to 16 bits (struct
+ * bvh_corners): a quarter of the work and of the memory of worker/triangle_lanes.h. They tell which triangles
+ * are certainly missed and which are certainly crossed; the others need exact tests.
  *
- * The places are sheared as in worker/triangle.h, in units of the leaf's: a corner c of places q
- * has x' = q.x - sx q.z + X, where X = ((base.x - o.x) - sx (base.z - o.z)) / unit and Z = (base.z -
- * o.z) / unit are found in double for each leaf. How far the leaf is from the origin therefore
- * matters to double alone.
+ * The rounded vertices, called places, are sheared as in worker/triangle.h, in units of the leaf. A vertex
+ * with place q has x' = q.x - sx q.z + X, where X = ((base.x - o.x) - sx (base.z - o.z)) / unit and Z =
+ * (base.z - o.z) / unit are computed in double for each leaf. The distance of the leaf from the origin
+ * therefore only matters in double.
  */
 #ifndef FARM_WORKER_ROUGH_TRIANGLES_H
 #define FARM_WORKER_ROUGH_TRIANGLES_H
@@ -15,32 +15,31 @@
 #include "worker/triangle_lanes.h"
 
 /*
- * What x' is off by, in units, with q.x, q.z < 2^16, |sx| <= 1, |X| < ASIDE_MAX and |Z| < AHEAD_MAX:
- * the places 1/2 each, and a thousandth where the corner itself was rounded (bvh_leaf.c): 1.002 in
- * x' for both. In double, origin and base from the tree's centre, their difference and its part in X
- * err by less than 16 u 2^41, as base is at most 2^40; X - sx Z, rounded, by u 2^41 more: together
- * less than 2^-7. In float, of v = 2^-24: sx by v, in x' 2^16 v; X by 2^18 v; q.x + X by 1.25 2^18
- * v; the product by 2^16 v and the sum by 1.5 2^18 v; together 17/16 2^20 v < 0.067. The sum of all
- * is less than 1.077.
+ * The error of x', in units, with q.x, q.z < 2^16, |sx| <= 1, |X| < ASIDE_MAX and |Z| < AHEAD_MAX. Places err
+ * by 1/2 each, and by a thousandth where the vertex itself was rounded (bvh_leaf.c): 1.002 in x' for both. In
+ * double, origin and base relative to the tree's centre, their difference and its part in X err by less than
+ * 16 u 2^41, as base is at most 2^40; X - sx Z is rounded by u 2^41 more: together less than 2^-7. In float,
+ * with v = 2^-24: sx errs by v, in x' 2^16 v; X by 2^18 v; q.x + X by 1.25 2^18 v; the product by 2^16 v and
+ * the sum by 1.5 2^18 v: together 17/16 2^20 v < 0.067. The total is less than 1.077.
  */
 #define ASIDE_MAX   0x1p18
 #define AHEAD_MAX   0x1p40
 #define PLACE_ERROR 1.08
 
 /*
- * With corners that are less than `size` aside, an edge's value p.x q.y - p.y q.x is off by
- * PLACE_ERROR of each factor times the other, four times in all, by its square twice, which takes 4 of
- * the tenth of PLACE_ERROR size, of which there are 7 with the least size, and by roundings of the
- * products and of the difference, 4 v size^2 at most. Where a triangle is small, that is a tenth of what
- * it would be for all that a leaf may be.
+ * If all vertices have |x'|, |y'| < `size`, an edge's value p.x q.y - p.y q.x has three errors. PLACE_ERROR
+ * of each factor times the other counts four times. The square of PLACE_ERROR counts twice, which takes 4 of
+ * the tenth of PLACE_ERROR size, of which there are 7 with the least size. The roundings of the products and
+ * of the difference are at most 4 v size^2. For a small triangle this is a tenth of the bound for the extent
+ * of a whole leaf.
  */
 #define ROUGH_SIZE_MIN 64
 
-/* What a ray needs for that. */
+/* The values of a ray that these tests need. */
 struct rough_ray {
-    unsigned x, y, z;        /* of its shear */
-    struct quad_order order; /* the same */
-    struct quad origin;      /* from the tree's centre, in this order */
+    unsigned x, y, z;        /* axes of its shear */
+    struct quad_order order; /* the same order */
+    struct quad origin;      /* relative to the tree's centre, in this order */
     struct quad slant;       /* sx, sy, 0, 0 */
     struct floats sx, sy;
 };
@@ -49,7 +48,7 @@ struct rough_ray {
 static INLINED void rough_ray_begin(struct rough_ray *rough, const struct bvh *bvh,
                                     const struct ray *ray, const struct shear *shear)
 {
-    /* Of scenes with triangles, of which probe_begin() has found the shear.
+    /* The scene has triangles, so probe_begin() has set the shear.
      * NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign) */
     rough->x = shear->x;
     rough->y = shear->y;
@@ -72,14 +71,14 @@ static INLINED struct quad rough_base_of(const struct rough_ray *ray,
     return quad_mul(quad_sub_mul(base, ray->slant, quad_third(base)), inverse);
 }
 
-/* Whether the errors are as above; not for NaN. */
+/* Whether the error bounds above apply; false for NaN. */
 static INLINED bool is_rough_enough(struct quad base)
 {
     struct quad most = quad_row(ASIDE_MAX, ASIDE_MAX, AHEAD_MAX, 0);
     return (quad_less(quad_abs(base), most) & 7u) == 7;
 }
 
-/* Corner k of eight triangles as the ray sees them, but for z, which is counted from the base. */
+/* Vertex k of eight triangles, sheared; z is counted from the leaf's base. */
 struct rough_corners {
     struct floats x, y, z;
 };
@@ -98,8 +97,8 @@ static INLINED struct floats rough_edge(const struct rough_corners *p,
     return floats_mul_sub(p->x, q->y, floats_mul(p->y, q->x));
 }
 
-/* Which are certainly missed, and which certainly crossed by the ray's line; the edges' values, and
- * what these are off by. */
+/* The triangles that the ray's line certainly misses and certainly crosses; the edges' values and their
+ * error. */
 struct rough_sets {
     lane_set missed, crossed;
     struct floats e0, e1, e2, error;
@@ -135,8 +134,8 @@ static INLINED struct rough_sets rough_sets(const struct rough_corners corner[3]
 }
 
 /*
- * Those with all corners between from and to, see struct reach. Places are less than 2^16, and off
- * by less than one: so is the difference of from / unit and Z, but for 2^-24 of it.
+ * The triangles with all vertices between from and to, see struct reach. Places are less than 2^16 and err by
+ * less than one; so does the difference of from / unit and Z, except for 2^-24 of it.
  */
 static INLINED lane_set rough_within(const struct rough_corners corner[3],
                                      const struct reach *reach, double base_z, double inverse)
@@ -149,8 +148,8 @@ static INLINED lane_set rough_within(const struct rough_corners corner[3],
 }
 
 /*
- * Of the LANES entries from this triangle's on those of one primitive. Where fewer are left, what is
- * read behind them is of their corners, which take more room than that.
+ * The entries of this primitive among LANES entries of a leaf. If fewer are left, what is read after them
+ * belongs to their vertices, which take more room than that.
  */
 static INLINED lane_set entries_of(const struct bvh_leaf *leaves, uint32_t id)
 {
@@ -161,8 +160,8 @@ static INLINED lane_set entries_of(const struct bvh_leaf *leaves, uint32_t id)
 }
 
 /*
- * The first LANES of a leaf's triangles from `first` on; as sort_triangles(), but that only those are
- * looked at which may be crossed by what is known before. false: nothing is told by places.
+ * Classifies LANES of a leaf's triangles, from number `first` on, like sort_triangles(), but only those that
+ * are in sets->maybe. false: the rounded vertices are not accurate enough.
  */
 static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint32_t triangles,
                                          uint32_t first, const struct rough_ray *ray,

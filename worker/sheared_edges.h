@@ -1,6 +1,6 @@
 /*
- * The filter of triangle_crossings() for many triangles, or rays, at once: included for each WIDE,
- * which is lanes or quad, and has the same operations in the same order.
+ * The filter of triangle_crossings() for several triangles or rays at once, with the same operations in the
+ * same order. This file is included once for each WIDE, which is lanes or quad.
  */
 
 #define WIDE_JOIN_(a, b) a##_##b
@@ -8,7 +8,7 @@
 #define W(name)          WIDE_JOIN(WIDE, name)
 #define SHEARED          WIDE_JOIN(sheared, WIDE)
 
-/* struct sheared of a vertex of each. */
+/* struct sheared in every lane. */
 struct SHEARED {
     struct WIDE x, y, z;
 };
@@ -33,7 +33,7 @@ static INLINED struct WIDE W(sideways)(const struct SHEARED *p)
     return W(add)(W(abs)(p->x), W(abs)(p->y));
 }
 
-/* edge_error() of each. */
+/* edge_error() in every lane. */
 static INLINED struct WIDE W(edge_error)(const struct SHEARED *p, const struct SHEARED *q,
                                          const struct SHEARED *r)
 {

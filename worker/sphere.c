@@ -1,11 +1,11 @@
-/* Where a line crosses a sphere, in double-double: see sphere_line.h. */
+/* Crossings of a line with a sphere in double-double: see sphere_line.h. */
 #include "worker/sphere.h"
 
 #include "worker/sphere_line.h"
 
 /*
- * A sphere and a ray with lengths divided by 2^length and the direction by 2^speed, which changes
- * no other bit, so that no product leaves the range of double.
+ * A sphere and a ray, with lengths divided by 2^length and the direction by 2^speed, so that no product
+ * leaves the range of double. The scaling is exact.
  */
 struct scaled {
     struct sphere sphere;
@@ -39,7 +39,7 @@ static double closest_approach(const struct scaled *it)
     return sphere_closest_approach(it->sphere.center, it->origin, it->direction);
 }
 
-/* The discriminant a r^2 - |f x d|^2 rounded once, and 0 only when it is 0. */
+/* The discriminant a r^2 - |f x d|^2, rounded once; 0 only if the exact value is 0. */
 static struct dd exact_discriminant(const struct scaled *it)
 {
     struct accumulator sum;
@@ -60,14 +60,14 @@ static struct dd exact_discriminant(const struct scaled *it)
         accumulator_add(&sum, square, 4, false);
     }
     struct dd value = accumulator_round(&sum, &exponent);
-    /* A difference too small for a double is still not 0: its sign is what counts. */
+    /* A value too small for a double must not become 0: its sign matters. */
     return dd_ldexp(value, exponent > -1000 ? exponent : -1000);
 }
 
 /*
- * Decides whether the line meets the sphere, and completes it. Within 2^12 times its error the
- * discriminant is taken from exact arithmetic, also for the value: elsewhere its root errs by 2^-13
- * of itself times the error bound's root, or by less than 2^-56 of the radius.
+ * Decides whether the line meets the sphere, and completes it. If the discriminant is within 2^12 times its
+ * error bound, its sign and its value are computed exactly. Otherwise its root errs by 2^-13 of itself times
+ * the root of the error bound, or by less than 2^-56 of the radius.
  */
 static bool line_meets(const struct scaled *it, struct sphere_line *line, uint64_t *exact)
 {
@@ -94,12 +94,12 @@ static struct dd exact_power(const struct scaled *it, int *exponent)
     return accumulator_round(&sum, exponent);
 }
 
-/* A root that is this small beside what it is a difference of has no bits to spare any more. */
+/* A root smaller than this relative to the terms that it is the difference of has lost too many bits. */
 #define ROOT_CANCELLED 0x1p-46
 
 /*
- * Replaces a root that has cancelled, the origin being next to the sphere, by the product of the
- * roots over the other one: so the sign, and with it the side of the sphere, is right.
+ * Recomputes a root that has cancelled because the origin is next to the sphere, as the product of the roots
+ * divided by the other root. Then the sign is right, and with it the side of the sphere.
  */
 static void mend_root(const struct scaled *it, const struct sphere_line *line, struct dd *root,
                       struct dd other)
@@ -111,7 +111,7 @@ static void mend_root(const struct scaled *it, const struct sphere_line *line, s
     *root = dd_ldexp(dd_div(power, dd_mul(line->a, other)), exponent);
 }
 
-/* Both parameters, of a scaled line that meets the sphere. */
+/* Both roots, for a scaled line that meets the sphere. */
 static void both_roots(const struct scaled *it, const struct sphere_line *line, struct dd roots[2])
 {
     roots[0] = dd_add(dd(line->t), sphere_line_root(line, false));
@@ -148,8 +148,8 @@ FLATTENED struct crossings sphere_way_out(const struct sphere *sphere, const str
 }
 
 /*
- * Which of the roots t is. They are the same numbers as those that sphere_roots() found; a ray that
- * left this sphere has its way out at 2 b / a, close to the second one.
+ * Which of the roots t belongs to. They are the same numbers as those that sphere_roots() found; a ray that
+ * left this sphere has its exit at 2 b / a, close to the second one.
  */
 static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], double t)
 {
@@ -158,7 +158,7 @@ static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], d
     return t > (roots[0].high + roots[1].high) / 2;
 }
 
-/* The parameter of the crossing at t, counted from line->t. */
+/* The parameter of the crossing at t, relative to line->t. */
 static struct dd offset_at(const struct scaled *it, struct sphere_line *line, double t)
 {
     double scaled_t = it->length == it->speed ? t : ldexp(t, it->speed - it->length);
@@ -166,7 +166,7 @@ static struct dd offset_at(const struct scaled *it, struct sphere_line *line, do
     if (!line_meets(it, line, &ignored)) return dd_div(dd_negate(line->along), line->a);
     double behind = sphere_line_behind(line, scaled_t);
     bool second = it->sphere.inside_only || behind > 0;
-    /* Only next to the middle it takes the roots themselves to tell. */
+    /* Only near the middle are the roots themselves needed. */
     if (!(fabs(behind) > sphere_line_behind_error(line, it->direction, it->sphere.radius))) {
         struct dd roots[2];
         both_roots(it, line, roots);

@@ -12,25 +12,25 @@ static inline struct bounds sphere_bounds(const struct sphere *sphere)
 }
 
 /*
- * How far plain double arithmetic can misjudge the distance between line and centre, as a multiple
- * of u |f|, f = o - c. b = -f.d errs by 4.1 u |f| |d| (f by u, the dot product by 3 u), so t = b /
- * d.d, with 3 u from d.d and 1 u from the division, by 8.2 u |f| / |d|: that displaces the point
- * f + t d along the line. Its components add roundings of u |f_i|, u |t d_i| and u |l_i|: 3 u |f|.
- * Together 11.2; comparing squares costs a relative 3 u of l.l and 2 u of the other side, less than
- * the rest of 16, because a missed sphere's radius is at most |f|.
+ * Error of the distance between line and centre in plain double arithmetic, as a multiple of u |f|, with f =
+ * o - c. b = -f.d errs by 4.1 u |f| |d| (f by u, the dot product by 3 u). So t = b / d.d errs by 8.2 u |f| /
+ * |d|, with 3 u from d.d and 1 u from the division; that displaces the point f + t d along the line. Its
+ * components add roundings of u |f_i|, u |t d_i| and u |l_i|: 3 u |f|. Together 11.2. Comparing squares costs
+ * a relative 3 u of l.l and 2 u of the other side, less than the rest of 16, because the radius of a missed
+ * sphere is at most |f|.
  */
 #define SPHERE_FILTER (16 * UNIT_ROUNDOFF)
 
-/* Squares outside of this lose digits or overflow: the filter decides nothing. */
+/* Range of squares; outside of it they lose digits or overflow, and the filter decides nothing. */
 #define SQUARE_MIN 0x1p-900
 #define SQUARE_MAX 0x1p1000
 
-/* Between what a crossing lies. */
+/* The interval of a crossing. */
 struct sphere_span {
     double low, high;
 };
 
-/* Whether a ray that starts on the sphere certainly leaves it: f.d errs by 4.1 u |f| |d|. */
+/* Whether a ray that starts on the sphere certainly goes outward: f.d errs by 4.1 u |f| |d|. */
 static inline bool sphere_is_left(const struct sphere *sphere, const struct ray *ray)
 {
     struct vec3 f = vec_sub(ray->origin, sphere->center);
@@ -39,9 +39,9 @@ static inline bool sphere_is_left(const struct sphere *sphere, const struct ray 
 }
 
 /*
- * Where a ray that starts on the sphere certainly goes out; false: it may go outward. In 2 b / a, b
- * errs by 4.1 u |f| |d|, the rest and the rounded crossing by 5 u of the quotient, which is |f| |d|
- * / a at most, twice.
+ * The interval of the exit of a ray that starts on the sphere; false: it may go outward. In 2 b / a, b errs
+ * by 4.1 u |f| |d|; the other roundings, and that of the crossing, are 5 u of the quotient, which is at most
+ * |f| |d| / a. All of this counts twice.
  */
 static inline bool sphere_way_out_span(const struct sphere *sphere, const struct ray *ray,
                                        struct sphere_span *span)
@@ -58,15 +58,14 @@ static inline bool sphere_way_out_span(const struct sphere *sphere, const struct
 /* The crossings of a ray that does not start on the sphere. */
 struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray, uint64_t *exact);
 
-/* The way out for a ray that starts on the sphere. */
+/* The exit of a ray that starts on the sphere. */
 struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray);
 
 /*
- * In and out; a tangent touches twice at the same t. Whether the line meets the (closed) sphere is
- * decided without error, and the roots are rounded from double-double. leaving: the ray starts on
- * this sphere, so that one root is 0 and is left out; the other one, 2 b / a, lies ahead when the
- * ray goes inward. What does not matter is left out; where only the number does, both may be told
- * to be half-way.
+ * Entry and exit; a tangent has both at the same t. Whether the line meets the (closed) sphere is decided
+ * exactly, and the roots are rounded from double-double. leaving: the ray starts on this sphere, so one root
+ * is 0 and is left out; the other, 2 b / a, lies ahead if the ray goes inward. What does not matter for the
+ * purpose is left out; if only the number of crossings matters, t may be inexact.
  */
 static inline struct crossings sphere_crossings(const struct sphere *sphere, const struct ray *ray,
                                                 bool leaving, const struct purpose *purpose,
@@ -84,14 +83,14 @@ static inline struct crossings sphere_crossings(const struct sphere *sphere, con
 }
 
 /*
- * The crossing that sphere_crossings() has rounded to t, to be compared with those of other
- * primitives. A way out, 2 b / a, is that of a sphere through the ray's origin; where this sphere
- * itself is left, its roots tell, is as near as WAY_OUT_ERROR, unless the ray only grazes it.
+ * The double-double value of the crossing that sphere_crossings() rounded to t, for comparison with those of
+ * other primitives. An exit at 2 b / a is that of a sphere through the ray's origin; it differs from the root
+ * of this sphere by at most WAY_OUT_ERROR, unless the ray only grazes it.
  */
 struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
                            bool leaving);
 
-/* Where that is, seen from the centre. */
+/* The point of that crossing, relative to the centre. */
 struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray, double t);
 
 #endif

@@ -1,9 +1,9 @@
 /*
- * A line as a sphere sees it, in double-double.
+ * A line relative to a sphere, in double-double.
  *
- * The line's parameter is counted from t, a double near the closest approach. p = f + t d is then
- * of the size of the sphere, however far away the origin f = o - c is, and the rest of the
- * parameter s solves a s^2 + 2 (p.d) s + p.p - r^2 = 0 with nothing left that cancels.
+ * The line's parameter is counted from t, a double near the closest approach. p = f + t d is then of the size
+ * of the sphere, however far away the origin f = o - c is. The rest s of the parameter solves a s^2 + 2 (p.d)
+ * s + p.p - r^2 = 0, in which nothing cancels any more.
  */
 #ifndef FARM_WORKER_SPHERE_LINE_H
 #define FARM_WORKER_SPHERE_LINE_H
@@ -17,10 +17,10 @@ struct sphere_line {
     struct dd along;        /* p.d, small */
     struct dd excess;       /* p.p - r^2 */
     struct dd discriminant; /* along^2 - a excess = a r^2 - |f x d|^2 */
-    struct dd half;         /* its root */
+    struct dd half;         /* root of the discriminant */
 };
 
-/* Between these, products of four are normal numbers, and so are their rounding errors. */
+/* In this range products of four numbers are normal, and so are their rounding errors. */
 #define ORDINARY_MIN 0x1p-200
 #define ORDINARY_MAX 0x1p200
 
@@ -36,7 +36,7 @@ static inline double sphere_closest_approach(struct vec3 center, struct vec3 ori
     return -vec_dot(f, direction) / vec_dot(direction, direction);
 }
 
-/* The line with its parameter counted from t; the root of the discriminant is not yet known. */
+/* The line with its parameter counted from t; the root of the discriminant is not yet computed. */
 static inline struct sphere_line sphere_line_from(struct vec3 center, double r, struct vec3 origin,
                                                   struct vec3 d, double t)
 {
@@ -51,9 +51,9 @@ static inline struct sphere_line sphere_line_from(struct vec3 center, double r, 
 }
 
 /*
- * The error of the discriminant: p errs by 3 u^2 |p|, so p.p by some 17 u^2 of itself and p.d by 11 of
- * |p| |d|, the products by 5 and the differences by 3 of theirs: 61 of a (p.p + r^2) in all. What
- * underflow takes from scaled lengths is far below the last term.
+ * Error of the discriminant: p errs by 3 u^2 |p|, so p.p by some 17 u^2 of itself, p.d by 11 of |p| |d|, the
+ * products by 5 and the differences by 3 of theirs: 61 of a (p.p + r^2) in all. What underflow takes from
+ * scaled lengths is far below the last term.
  */
 static inline double sphere_line_error(const struct sphere_line *line, double radius)
 {
@@ -61,10 +61,10 @@ static inline double sphere_line_error(const struct sphere_line *line, double ra
     return 64 * DD_ROUNDOFF * line->a.high * squares + 0x1p-960;
 }
 
-/* Within this many times its error the discriminant is taken from exact arithmetic. */
+/* If the discriminant is less than this many times its error, it is computed exactly. */
 #define SPHERE_LINE_FILTER 0x1p12
 
-/* (-along -+ half) / a: the roots as seen from t, second: the far one. */
+/* (-along -+ half) / a: the roots relative to t; second: the far one. */
 static inline struct dd sphere_line_root(const struct sphere_line *line, bool second)
 {
     struct dd half = {second ? line->half.high : -line->half.high,
@@ -73,9 +73,9 @@ static inline struct dd sphere_line_root(const struct sphere_line *line, bool se
 }
 
 /*
- * How far t lies behind the middle between the roots (before it: < 0), and how far it has to be
- * for that to tell which root it belongs to. The roots err by some 16 u of what they are made of,
- * |t d| and the radius, rounded or not; that is 2^-49 of it, and is taken for 2^-40.
+ * How far t lies behind the middle between the roots (< 0: before it), and how far it must lie for that to
+ * tell which root it belongs to. The roots err by some 16 u of their terms |t d| and the radius, rounded or
+ * not; that is 2^-49 of them, and the limit is 2^-40.
  */
 #define SPHERE_SIDE_ERROR 0x1p-40
 

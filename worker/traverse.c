@@ -2,7 +2,7 @@
 
 #include "worker/slabs.h"
 
-/* A child that the walk has left for later. */
+/* A child that is still to be visited. */
 struct pending {
     double enter;
     uint32_t child, count; /* as in struct bvh_node */
@@ -13,7 +13,7 @@ static inline struct pending pending_child(const struct bvh_node *node, unsigned
     return (struct pending){enter, node->child[lane], node->count[lane]};
 }
 
-/* Puts the children of a set on the stack, the nearest last. */
+/* Pushes the children of a set in order of distance, the nearest one last. */
 static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
                                           const struct bvh_node *node, lane_set set,
                                           struct lanes enter)

@@ -1,15 +1,17 @@
-/* What plain arithmetic leaves open about a ray and a triangle. */
+/* The decisions about a ray and a triangle that plain arithmetic leaves open. */
 #include "worker/triangle.h"
 
 #include <float.h>
 #include <limits.h>
 
-/* The vertices, also from the ray's origin without rounding. In an order that depends on nothing
- * but their coordinates, so that all copies of a triangle are met at the same t. */
+/*
+ * The vertices, and their exact positions relative to the ray's origin. Their order depends on nothing but
+ * their coordinates, so that all copies of a triangle are hit at the same t.
+ */
 struct corners {
     struct vec3 at[3];
     struct dd3 from_origin[3];
-    unsigned given[3]; /* their places as they came */
+    unsigned given[3]; /* their original indices */
     struct vec3 direction;
 };
 
@@ -38,9 +40,9 @@ static struct corners ordered_corners(const struct vec3 given[3], const struct r
 }
 
 /*
- * d.(p x q) 2^-*exponent, 0 only when it is 0. Two-term arithmetic errs by less than 64 u^2 of the
- * product of the lengths: when the value is 2^-44 of that, or its products leave the range of
- * double, it is rounded from an exact one instead.
+ * d.(p x q) 2^-*exponent; 0 only if the exact value is 0. Double-double errs by less than 64 u^2 of the
+ * product of the lengths. If the value is less than 2^-44 of that, or products leave the range of double, it
+ * is computed exactly and rounded.
  */
 static struct dd edge_of(const struct corners *corners, unsigned from, unsigned to, int *exponent)
 {
@@ -53,7 +55,7 @@ static struct dd edge_of(const struct corners *corners, unsigned from, unsigned 
     return exact_triple(p, q, *d, exponent);
 }
 
-/* All three, each opposite to the corner of its number; in integers if they fit. */
+/* The values of the three edges, each opposite to the vertex of the same index; in integers if they fit. */
 static void edges_of(const struct corners *corners, struct dd edges[3], int exponents[3])
 {
     struct dd3 direction = dd3_of(corners->direction);
@@ -68,8 +70,10 @@ static void edges_of(const struct corners *corners, struct dd edges[3], int expo
     }
 }
 
-/* The sign of direction z times (q - p)'s component along `axis` in the sheared plane. Two-term
- * arithmetic errs by less than 8 u^2 of the products. */
+/*
+ * The sign of direction z times the component of q - p along `axis` in the sheared plane. Double-double errs
+ * by less than 8 u^2 of the products.
+ */
 static int sheared_step_sign(const struct corners *corners, const struct shear *shear,
                              unsigned from, unsigned to, unsigned axis)
 {
@@ -88,10 +92,9 @@ static int sheared_step_sign(const struct corners *corners, const struct shear *
 }
 
 /*
- * On which side of the directed edge the ray passes, in terms of the sheared plane, where e = d.(p
- * x q) / d.z. When e is 0 the ray is taken to be displaced by (-eps, -eps^2), which changes e by
- * eps dy - eps^2 dx. 0 means that the edge is parallel to the ray, or has no length: then the
- * triangle is seen from its side.
+ * On which side of the directed edge the ray passes, in the sheared plane, where e = d.(p x q) / d.z. If e is
+ * 0, the ray is treated as displaced by (-eps, -eps^2), which changes e by eps dy - eps^2 dx. The result is 0
+ * if the edge is parallel to the ray or has no length: the triangle is then seen edge-on.
  */
 static int edge_side(const struct corners *corners, const struct shear *shear, unsigned from,
                      unsigned to, struct dd edge)
@@ -102,8 +105,7 @@ static int edge_side(const struct corners *corners, const struct shear *shear, u
     return shear->dz < 0 ? -sign : sign;
 }
 
-/* Edges as multiples of 2^0 again, after division by a power of two that makes the largest about 1.
- */
+/* Brings the edges to exponent 0, after dividing them by a power of two that makes the largest about 1. */
 static void align(struct dd edges[3], const int exponents[3])
 {
     int largest = INT_MIN;
@@ -156,7 +158,7 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     size = fmax(size, vec_largest(vec_sub(*b, ray->origin)));
     size = fmax(size, vec_largest(vec_sub(*c, ray->origin)));
     if (!(size > 0 && size <= DBL_MAX)) return careful_crossings(a, b, c, ray, shear);
-    /* From there on its size is 0.5 to 1, and this function is not called again. */
+    /* Scaled to a size of 0.5 to 1, so that this function is not called again. */
     int exponent;
     (void)frexp(size, &exponent);
     struct vec3 at[3] = {vec_scale_exactly(*a, -exponent), vec_scale_exactly(*b, -exponent),
@@ -164,7 +166,7 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     struct ray near = *ray;
     struct purpose here = *purpose;
     near.origin = vec_scale_exactly(ray->origin, -exponent);
-    /* So much smaller than its coordinates that these overflow. */
+    /* The triangle is so much smaller than its coordinates that they overflow when scaled. */
     if (!vec_is_finite(near.origin)) return careful_crossings(a, b, c, ray, shear);
     here.farthest = ldexp(purpose->farthest, -exponent);
     struct crossings found = triangle_crossings(&at[0], &at[1], &at[2], &near, shear, &here, exact);
@@ -186,14 +188,16 @@ FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *
            smaller_number(heights, speeds) > 0x1p-400 && larger_number(heights, speeds) < 0x1p400;
 }
 
-/* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised, and divided by a power of two
- * where an edge or the way to the plane is very small, or 0, or very large. */
+/*
+ * n.(a - o) and n.d for the plane of a triangle, with n = (b - a) x (c - a) not normalised. If an edge or the
+ * way to the plane is very small, 0 or very large, they are divided by a power of two.
+ */
 struct plane_view {
     double height, speed, size; /* size: |n| */
     int exponent;               /* the height is divided by 2^exponent */
 };
 
-/* Divided by a power of two, to have about the size 1: which one is returned. */
+/* Divides a vector by a power of two, so that its size is about 1; returns the exponent. */
 static int scale_to_one(struct dd3 *a)
 {
     int exponent = vec_exponent(dd3_round(*a));
@@ -221,7 +225,7 @@ static struct plane_view plane_view(const struct vec3 corners[3], const struct r
                                .exponent = exponent};
 }
 
-/* Twice as far as surface_at() puts a point off its surface. */
+/* Twice the distance by which surface_at() moves a point off its surface. */
 #define START_ERROR (8 * UNIT_ROUNDOFF)
 
 bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],

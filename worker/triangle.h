@@ -1,13 +1,12 @@
 /*
- * Ray and triangle, without leaks.
+ * Watertight intersection of a ray and a triangle.
  *
- * Vertices are moved to the ray's origin and sheared so that the ray becomes an axis (S. Woop, C.
+ * The vertices are translated to the ray's origin and sheared so that the ray becomes an axis (S. Woop, C.
  * Benthin and I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013). Unlike there, the
- * two-dimensional edge tests are only the filter of the exact ones: on which side of the line
- * through two vertices the ray passes is decided without error, and a ray that meets an edge
- * exactly is moved aside, in thought, in one direction for all triangles. Hence a closed mesh has
- * no cracks, and of the triangles around an edge or a vertex exactly one is met per sheet of the
- * surface: the one that exact geometry has there.
+ * two-dimensional edge tests are only a filter for exact ones. On which side of the line through two vertices
+ * the ray passes is decided exactly; a ray that meets an edge exactly is treated as if displaced, in one
+ * direction for all triangles. Hence a closed mesh has no cracks, and of the triangles around an edge or a
+ * vertex exactly one is hit per sheet of the surface: the one that exact geometry has there.
  */
 #ifndef FARM_WORKER_TRIANGLE_H
 #define FARM_WORKER_TRIANGLE_H
@@ -15,7 +14,7 @@
 #include "worker/exact.h"
 #include "worker/shape.h"
 
-/* What shears a ray's direction to an axis: once per ray. */
+/* The shear that maps a ray's direction to an axis; computed once per ray. */
 struct shear {
     unsigned x, y, z; /* z: the axis with the largest component of the direction */
     double sx, sy;    /* direction x / z and y / z, at most 1 in magnitude */
@@ -35,7 +34,7 @@ static inline struct shear shear_of(const struct vec3 *direction)
     return shear;
 }
 
-/* A vertex as the ray sees it: the ray runs along x = y = 0, at z = t dz. */
+/* A sheared vertex: the ray runs along x = y = 0, and z = t dz. */
 struct sheared {
     double x, y, z;
 };
@@ -55,11 +54,11 @@ static inline double edge_value(const struct sheared *p, const struct sheared *q
 }
 
 /*
- * The origin of the sheared plane is left or right of the edge p q by the sign of e = p.x q.y - p.y
- * q.x. A sheared coordinate errs by u |x| (difference), 3 u |s z| (shear) and u |x'| (subtraction),
- * |s| <= 1 and |x| <= |x'| + |z|: by at most (4.1 Z + 2.1 S) u with Z the largest |z| and S the
- * largest |x'| + |y'|. In e that makes 2 S (4.1 Z + 2.1 S) u, and its own roundings 2 S^2 u, less
- * than 10 u S (Z + S). Products below 2^-1000 are left to exact arithmetic.
+ * The origin of the sheared plane is left or right of the edge p q by the sign of e = p.x q.y - p.y q.x. A
+ * sheared coordinate errs by u |x| (difference), 3 u |s z| (shear) and u |x'| (subtraction), with |s| <= 1
+ * and |x| <= |x'| + |z|: by at most (4.1 Z + 2.1 S) u, where Z is the largest |z| and S the largest |x'| +
+ * |y'|. In e that makes 2 S (4.1 Z + 2.1 S) u, and its own roundings add 2 S^2 u: less than 10 u S (Z + S) in
+ * all. Products below 2^-1000 are left to exact arithmetic.
  */
 #define EDGE_FILTER (10 * UNIT_ROUNDOFF)
 #define EDGE_LEAST  0x1p-1000
@@ -76,15 +75,16 @@ static inline double edge_error(const struct sheared *p, const struct sheared *q
 }
 
 /*
- * Errors of the sheared coordinates displace the triangle sideways by some 4 u Z, and the crossing
- * along the ray by that times the slope of the triangle's plane against the ray. Steeper than this
- * the crossing is corrected; below, t errs by 8 u of sum |e z| / |det| in all.
+ * Errors of the sheared coordinates displace the triangle sideways by some 4 u Z, and the crossing along the
+ * ray by that times the slope of the triangle's plane relative to the ray. If the slope is larger than this,
+ * the crossing is corrected; otherwise t errs by 8 u of sum |e z| / |det| in all.
  */
 #define SLOPE_MAX 0.5
 
 /*
- * By that the sign of t is open where a ray starts next to the triangle's plane: on what touches it, say.
- * Not if all corners are on one side of the origin along the ray. 16 u of their z is twice as much.
+ * Whether that error leaves the sign of t open, because the ray starts next to the triangle's plane, for
+ * instance on something that touches it. Not if all vertices are on one side of the origin along the ray. 16
+ * u of their z is twice the error.
  */
 static inline bool start_is_close(const struct sheared *p, const struct sheared *q,
                                   const struct sheared *r, double way)
@@ -96,8 +96,9 @@ static inline bool start_is_close(const struct sheared *p, const struct sheared 
 }
 
 /*
- * The corners' z, in sum, that make 8 u of the largest one less than an ORDER_ERROR (worker/order.h): that is
- * a share of the crossing's distance and of the origin's coordinates, and large triangles reach far beyond.
+ * Limit on the sum of the vertices' |z|, relative to the crossing's distance and the origin's coordinates.
+ * Within it, 8 u of the largest z is less than an ORDER_ERROR (worker/order.h). Large triangles exceed it by
+ * far.
  */
 #define CORNERS_MAX 6
 
@@ -107,7 +108,7 @@ static inline bool corners_are_near(const struct sheared *p, const struct sheare
     return fabs(p->z) + fabs(q->z) + fabs(r->z) <= CORNERS_MAX * size;
 }
 
-/* Whether z = way is right where the slope is small, for a ray with such coordinates at its origin. */
+/* Whether the crossing z = way is accurate enough if the slope is small. */
 static inline bool way_is_told(const struct sheared *p, const struct sheared *q,
                                const struct sheared *r, double way, const struct vec3 *origin)
 {
@@ -116,7 +117,7 @@ static inline bool way_is_told(const struct sheared *p, const struct sheared *q,
            !start_is_close(p, q, r, way);
 }
 
-/* The slope, in the sum of its components. */
+/* The slope, as the sum of the absolute values of its components. */
 static inline double triangle_slope(const struct sheared *p, const struct sheared *q,
                                     const struct sheared *r, double sum)
 {
@@ -126,11 +127,10 @@ static inline double triangle_slope(const struct sheared *p, const struct sheare
 }
 
 /*
- * Corrects t by how far o + t d is from the triangle's plane, in units of the direction's part
- * across the plane. The vector v from a corner to o + t d is small, of the size of the triangle,
- * and exact but for its rounding; the normal n = e1 x e2 errs by 6 u |e1| |e2|, n.v by 3 u more:
- * the correction by 9 u |e1| |e2| |v| / |n.d|. false, and t as it was, unless that is less than 3 u
- * t.
+ * Corrects t by the distance of o + t d from the triangle's plane, divided by the component of the direction
+ * across the plane. The vector v from a vertex to o + t d is small, of the triangle's size, and exact up to
+ * its rounding. The normal n = e1 x e2 errs by 6 u |e1| |e2|, n.v by 3 u more, so the correction errs by 9 u
+ * |e1| |e2| |v| / |n.d|. Returns false, and leaves t, unless that is less than 3 u t.
  */
 static inline bool triangle_correct(const struct vec3 *a, const struct vec3 *b,
                                     const struct vec3 *c, const struct ray *ray, double *t)
@@ -147,9 +147,8 @@ static inline bool triangle_correct(const struct vec3 *a, const struct vec3 *b,
 }
 
 /*
- * By how much at most an uncorrected t errs: by what is said at SLOPE_MAX by less than 2^-30 of the
- * largest coordinate of the sheared triangle as long as the slope is less than 2^20; infinite
- * otherwise.
+ * Upper bound on the error of an uncorrected t. By what is said at SLOPE_MAX it is less than 2^-30 of the
+ * largest coordinate of the sheared triangle if the slope is less than 2^20; infinite otherwise.
  */
 static inline double uncorrected_error(const struct sheared *p, const struct sheared *q,
                                        const struct sheared *r, const struct shear *shear,
@@ -161,19 +160,20 @@ static inline double uncorrected_error(const struct sheared *p, const struct she
 }
 
 /*
- * In dd3_cross() and the dots of triangle_plane_distance() each product of sizes errs by less than 64 u^2;
- * with 20 bits of them lost, t is right to 2^-78, and rounded as if it were exact but for one time in some
- * 2^24.
+ * Limit for triangle_plane_distance(). In dd3_cross() and the dot products each product of sizes errs by less
+ * than 64 u^2. If 20 bits of them cancel, t has an error of 2^-78, and is rounded correctly except once in
+ * some 2^24 times.
  */
 #define PLANE_SHARE 0x1p-20
 
-/* Where the line of a ray crosses the triangle's plane, right to the last bit; false: not to be
- * told by double-double. */
+/*
+ * The parameter *t at which the ray's line crosses the triangle's plane, accurate to the last bit; false:
+ * double-double is not accurate enough.
+ */
 bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
                              const struct ray *ray, double *t);
 
-/* The same as triangle_crossings() without any rounding in what is decided; unless NULL, *distance
- * is t before it is rounded. */
+/* triangle_crossings() with exact decisions. *distance receives t before it is rounded (may be NULL). */
 struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
                                   const struct shear *shear, struct dd *distance);
 
@@ -185,7 +185,8 @@ static inline struct crossings careful_crossings(const struct vec3 *a, const str
     return triangle_careful(corners, ray, shear, NULL);
 }
 
-/* Whether products of three coordinates stay within the range of double, and those that matter above 0. */
+/* Whether products of three coordinates are within the range of double, and those that matter do not
+ * underflow. */
 static inline bool cubes_are_in_range(const struct sheared *p, const struct sheared *q,
                                       const struct sheared *r)
 {
@@ -194,16 +195,18 @@ static inline bool cubes_are_in_range(const struct sheared *p, const struct shea
     return size > 0x1p-300 && size < 0x1p300;
 }
 
-/* triangle_crossings() of what is very large or very small: by the same triangle at about the size 1, with the bits
- * that it has there. */
+/*
+ * triangle_crossings() for very large or very small triangles: scales the triangle to about size 1, which
+ * gives the bits that it has there.
+ */
 struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
                                   const struct ray *ray, const struct shear *shear,
                                   const struct purpose *purpose, uint64_t *exact);
 
 /*
- * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
- * exact arithmetic where the filter leaves it open, which is counted. Where a crossing certainly
- * does not matter, t may be less accurate.
+ * The crossing of the ray's line with the triangle, from either side. On which side of an edge the line
+ * passes is decided exactly, in exact arithmetic where the filter is not sufficient, which is counted. If a
+ * crossing certainly does not matter for the purpose, its t may be less accurate.
  */
 static inline struct crossings triangle_crossings(const struct vec3 *a, const struct vec3 *b,
                                                   const struct vec3 *c, const struct ray *ray,
@@ -243,9 +246,9 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
 }
 
 /*
- * Whether a ray that starts on triangle `from`, on the side that it came from, goes through it and
- * meets triangle `of` at the same place, but for the rounding of where it starts: at a common edge
- * or vertex. The passage through the one is that through the other.
+ * Whether a ray that starts on triangle `from`, on the side that it came from, goes through it and meets
+ * triangle `of` at the same place, up to the rounding of its origin: at a common edge or vertex. Both
+ * crossings are then one passage through the surface.
  */
 bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
                               const struct ray *ray);
@@ -262,15 +265,16 @@ static inline struct bounds triangle_bounds(const struct vec3 *a, const struct v
     return bounds;
 }
 
-/* Unit, to the side from which the vertices run counter-clockwise; 0 for a triangle without area.
- */
+/* Unit normal on the side from which the vertices run counter-clockwise; 0 for a triangle without area. */
 static inline struct vec3 triangle_normal(const struct vec3 *a, const struct vec3 *b,
                                           const struct vec3 *c)
 {
     struct vec3 ab = vec_sub(*b, *a), ac = vec_sub(*c, *a), normal = vec_cross(ab, ac);
     double square = vec_dot(normal, normal);
-    /* Of a very small or very large triangle the products may leave the range of double: scaled as in
-     * vec_normalize(). */
+    /*
+     * For very small or very large triangles the products may leave the range of double: they are scaled as
+     * in vec_normalize().
+     */
     if (!(square > 0x1p-900 && square < 0x1p1000))
         normal = vec_cross(vec_scale_exactly(ab, -vec_exponent(ab)),
                            vec_scale_exactly(ac, -vec_exponent(ac)));

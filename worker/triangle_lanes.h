@@ -1,4 +1,5 @@
-/* Triangles of a leaf against a ray: which of them it may meet. Then the scalar functions look. */
+/* Tests of several triangles of a leaf against a ray: which of them it may hit. The scalar functions decide
+ * about those. */
 #ifndef FARM_WORKER_TRIANGLE_LANES_H
 #define FARM_WORKER_TRIANGLE_LANES_H
 
@@ -12,7 +13,7 @@
 #define WIDE quad
 #include "worker/sheared_edges.h"
 
-/* A ray's shear and origin in the order of the shear's axes. */
+/* A ray's shear and its origin, in the order of the shear's axes. */
 struct shear_quad {
     struct quad_order order;
     double origin[3], sx, sy;
@@ -27,7 +28,7 @@ static INLINED struct shear_quad shear_quad_of(const struct shear *shear, const 
                                shear->sy};
 }
 
-/* Vertex k of each of `count` triangles; those behind the last one repeat the first. */
+/* Vertex k of each of `count` triangles, sheared; further lanes repeat the first triangle. */
 static INLINED struct sheared_quad shear_vertices(const struct shear_quad *shear,
                                                   const struct scene *scene,
                                                   const struct bvh_leaf *leaves, uint32_t count,
@@ -47,17 +48,17 @@ static INLINED struct sheared_quad shear_vertices(const struct shear_quad *shear
                                  quad_sub(y, quad_mul(quad_of(shear->sy), z)), z};
 }
 
-/* Lanes of triangles, as the filter of triangle_crossings() has them. */
+/* Results of the filter of triangle_crossings(), as sets of triangles. */
 struct triangle_sets {
-    lane_set maybe;   /* not certainly missed */
-    lane_set certain; /* of these, certainly crossed, and within a ray's reach */
+    lane_set maybe;   /* possibly crossed */
+    lane_set certain; /* of these, certainly crossed within the ray's reach */
 };
 
 /*
- * What part of the ray counts, in terms of z = t dz. A triangle with all vertices between from and
- * to is crossed there if it is crossed, and that is a passage of its own: is_near_start() asks
- * for less than half as much. t errs by less than 10 u of the vertices' z; see SLOPE_MAX,
- * beyond which it is corrected.
+ * The part of the ray in which crossings count, in terms of z = t dz. If all vertices of a triangle are
+ * between from and to, and it is crossed, then it is crossed there, and that is a passage of its own:
+ * is_near_start() asks for less than half of `from`. t errs by less than 10 u of the vertices' z; see
+ * SLOPE_MAX, above which it is corrected.
  */
 struct reach {
     double from, to;
@@ -74,8 +75,10 @@ static INLINED struct reach reach_of(const struct ray *ray, const struct shear *
     return (struct reach){near, far};
 }
 
-/* Of `count` triangles the first QUAD. Without a reach nothing is certain. The same operations as
- * those of triangle_crossings(), in the same order. */
+/*
+ * Classifies the first QUAD of `count` triangles. Without a reach no crossing is certain. The operations and
+ * their order are those of triangle_crossings().
+ */
 static INLINED struct triangle_sets sort_triangles(const struct scene *scene,
                                                    const struct bvh_leaf *leaves, uint32_t count,
                                                    const struct shear_quad *shear,
@@ -87,7 +90,7 @@ static INLINED struct triangle_sets sort_triangles(const struct scene *scene,
     struct quad e0 = quad_edge(&q, &r), e1 = quad_edge(&r, &p), e2 = quad_edge(&p, &q);
     struct quad low = quad_least(e0, e1, e2), high = quad_largest(e0, e1, e2);
     struct quad error = quad_edge_error(&p, &q, &r), zero = quad_of(0);
-    /* A sum has the sign of the exact one: low < -error. */
+    /* The rounded sum has the sign of the exact one: low < -error. */
     lane_set missed = quad_less(quad_add(low, error), zero) & quad_less(error, high);
     struct triangle_sets sets = {.maybe = ~missed & first_lanes(count < QUAD ? count : QUAD)};
     if (!reach || !sets.maybe) return sets;
@@ -112,7 +115,7 @@ static INLINED struct lanes3 lanes3_cross(struct lanes3 a, struct lanes3 b)
                            lanes_minor(a.x, b.y, a.y, b.x)};
 }
 
-/* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
+/* Vertex k of each of `count` triangles; further lanes repeat the first triangle. */
 static INLINED struct lanes3
 naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_t count, unsigned k)
 {
@@ -127,8 +130,10 @@ naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_
     return (struct lanes3){p[0], p[1], p[2]};
 }
 
-/* Of `count` triangles, or the first LANES of more, those that naive_triangle() finds crossed: the same
- * operations in the same order. */
+/*
+ * Of `count` triangles, or the first LANES of more, those that naive_triangle() finds crossed. The operations
+ * and their order are those of that function.
+ */
 static INLINED lane_set naive_crossed(const struct scene *scene, const struct bvh_leaf *leaves,
                                       uint32_t count, const struct ray *ray)
 {
