@@ -6,7 +6,7 @@
 #include "worker/packet.h"
 #include "worker/several.h"
 
-/* The triangles of a leaf with `count` entries. */
+/* Tests the triangles of a leaf with `count` entries. */
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                       uint32_t count, uint32_t triangles, bool naive)
 {

@@ -1,4 +1,4 @@
-/* A ray's search for its nearest hit, a primitive at a time. */
+/* The search for a ray's nearest hit, one primitive at a time. */
 #ifndef FARM_WORKER_NEAREST_WALK_H
 #define FARM_WORKER_NEAREST_WALK_H
 
@@ -6,10 +6,10 @@
 #include "worker/order.h"
 #include "worker/probe.h"
 
-/* A solid that the ray certainly meets, and nothing is known but about where. */
+/* A solid that the ray certainly meets, but whose crossing is only known to lie in an interval. */
 struct waiting {
     uint32_t id, part;
-    double from, to; /* between these; to is infinite where the part that is met is not known */
+    double from, to; /* the interval; to is infinite if it is not known which part is met */
 };
 
 #define WAITING_MAX 6
@@ -17,14 +17,14 @@ struct waiting {
 struct nearest_walk {
     struct probe probe;
     struct known_planes *planes;
-    double origin_error; /* of distances along the ray */
+    double origin_error; /* part of the error of distances along the ray that its origin causes */
     struct hit hit;
-    double hit_error; /* of its distance */
+    double hit_error; /* error of its distance */
     uint32_t waiting_count;
     struct waiting waiting[WAITING_MAX];
 };
 
-/* What a crossing and the hit lie in; remembered of planes. */
+/* The relation of the surfaces of a crossing and of the hit. Coplanar pairs are cached. */
 static enum surfaces surfaces_at_hit(const struct nearest_walk *walk,
                                      const struct crossing *crossing)
 {
@@ -38,8 +38,10 @@ static enum surfaces surfaces_at_hit(const struct nearest_walk *walk,
     return surfaces;
 }
 
-/* Whether a crossing of another primitive that is about as far as the hit comes first; counted as
- * exact arithmetic. Notes whether it may be with a surface that meets the hit's there. */
+/*
+ * Whether a crossing of another primitive, about as far as the hit, comes before it; counts as exact
+ * arithmetic. Sets in_corner if the two surfaces differ and so may meet there.
+ */
 static bool precedes(struct nearest_walk *walk, const struct crossing *crossing)
 {
     const struct probe *probe = &walk->probe;
@@ -56,7 +58,7 @@ static bool precedes(struct nearest_walk *walk, const struct crossing *crossing)
            (order == 0 && is_first_of_equals(probe->scene, probe->ray, crossing, &best));
 }
 
-/* Of the distance to a crossing, as worker/order.h tells. */
+/* Error of the distance to a crossing, see worker/order.h. */
 static INLINED double crossing_error(const struct nearest_walk *walk, uint32_t id, double t)
 {
     double error = walk->origin_error + ORDER_ERROR * t;
@@ -69,7 +71,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     struct crossing crossing = {id, found->part[i], found->t[i]};
     double t = crossing.t, error = 0;
     if (!crossing_counts(walk->probe.ray, t)) return;
-    if (id == walk->hit.primitive) return; /* a triangle of which there are several pieces */
+    if (id == walk->hit.primitive) return; /* another piece of the same triangle */
     if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));
@@ -78,13 +80,15 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     uint16_t in_corner = close ? walk->hit.in_corner : 0;
     walk->hit = (struct hit){t, found->u, found->v, id, (uint16_t)crossing.part, in_corner};
     walk->hit_error = error;
-    /* Something that comes before the hit may seem to be that far. */
+    /* A crossing that comes before the hit may appear to be this far. */
     walk->probe.purpose.farthest = smaller_number(t + 2 * error, walk->probe.purpose.farthest);
 }
 
-/* Whether a primitive is known to lie in the plane of the hit, and behind it by is_first_of_equals(), wherever it is
- * crossed. Then precedes() would refuse it: as far as the hit within both errors, it comes to be compared, and is an
- * equal. So what rays before this one have met changes no hit. */
+/*
+ * Whether a primitive is known to lie in the plane of the hit, and comes after it by is_first_of_equals(),
+ * wherever it is crossed. Then precedes() would reject it: at the hit's distance within both errors it is
+ * compared, and is an equal. So the cache, which depends on preceding rays, changes no hit.
+ */
 static INLINED bool is_behind_hit(const struct nearest_walk *walk, uint32_t id)
 {
     const struct probe *probe = &walk->probe;
@@ -97,12 +101,13 @@ static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bo
 {
     if (!naive && is_behind_hit(walk, id)) return;
     struct crossings found = probe_crossings(&walk->probe, id, naive);
-    /* Where it comes in, if that is ahead: at a rim it may go out at the same place. */
+    /* The entry, if it is ahead of the ray: at a rim, the exit may be at the same place. */
     unsigned first = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
     nearest_crossing(walk, &found, first, id, naive);
 }
 
-/* planes: of what rays before this one have met; not needed where it is tested with one primitive alone. */
+/* planes: the cache of coplanar primitives, filled by preceding rays; not needed if only one primitive is
+ * tested. */
 static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene *scene,
                                   const struct ray *ray, struct known_planes *planes,
                                   uint64_t *exact)
@@ -115,7 +120,7 @@ static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene 
     walk->waiting_count = 0;
 }
 
-/* Whether a plane is certainly behind the ray, or farther than what it meets. */
+/* Whether the ray certainly does not cross the plane, or only behind the hit. */
 static INLINED bool plane_is_missed(const struct nearest_walk *walk, uint32_t id)
 {
     const struct probe *probe = &walk->probe;
@@ -133,8 +138,10 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
 
 /* ---- solids ---- */
 
-/* Whether one that waits may still be the nearest. What is farther than `farthest` is so by the errors
- * of both, if they are alike; a ray's way out errs by more. */
+/*
+ * Whether a waiting solid may still be the nearest. `farthest` allows for the errors of both crossings if
+ * they are alike; a ray's exit has a larger error.
+ */
 static INLINED bool may_precede(const struct nearest_walk *walk, const struct waiting *waiting)
 {
     double from = waiting->from;
@@ -143,7 +150,7 @@ static INLINED bool may_precede(const struct nearest_walk *walk, const struct wa
     return from <= walk->probe.purpose.farthest;
 }
 
-/* Tests those that wait and may still be the nearest. */
+/* Tests the waiting solids that may still be the nearest. */
 static inline void nearest_waiting(struct nearest_walk *walk)
 {
     for (uint32_t i = 0; i < walk->waiting_count; i++)
@@ -152,21 +159,24 @@ static inline void nearest_waiting(struct nearest_walk *walk)
     walk->waiting_count = 0;
 }
 
-/* The hit at a place that is told by plain arithmetic alone. */
+/* The hit at a crossing that is only known by plain arithmetic. */
 static inline struct hit rough_hit(uint32_t id, uint32_t part, double from, double to)
 {
     double v = primitive_kind(id) > PRIMITIVE_PATCH ? 0 : WEIGHT_UNKNOWN;
     return (struct hit){from / 2 + to / 2, to - from, v, id, (uint16_t)part, 0};
 }
 
-/* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */
+/* Whether a crossing no farther than `to` comes before the hit, whatever the rounding. */
 static INLINED bool clearly_precedes(const struct nearest_walk *walk, uint32_t id, double to)
 {
     return to < walk->probe.ray->t_max &&
            to < walk->hit.t - (walk->hit_error + crossing_error(walk, id, to));
 }
 
-/* Takes the one that waits for the hit, if that is all there is to say of it. */
+/*
+ * If only one waiting solid can be the nearest, and is so beyond doubt, makes it the hit. Returns false if
+ * that cannot be decided here.
+ */
 static inline bool nearest_is_told(struct nearest_walk *walk)
 {
     const struct waiting *only = NULL;
@@ -182,9 +192,11 @@ static inline bool nearest_is_told(struct nearest_walk *walk)
     return true;
 }
 
-/* Keeps one that is met between from and to: before anything else is, perhaps. What is farther than
- * that by more than the errors of both, see worker/order.h, is of no interest. told: and on this part
- * of it. */
+/*
+ * Adds a solid that is met between from and to, unless something else is hit before. Crossings that are
+ * farther by more than the errors of both (worker/order.h) no longer matter. told: the part that is met is
+ * known.
+ */
 static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to,
                                   bool told, uint32_t part)
 {
@@ -195,7 +207,7 @@ static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double
     purpose->farthest = smaller_number(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
 
-/* A solid that the ray starts on. */
+/* Handles a solid that the ray starts on. */
 static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
 {
     struct sphere_span span;
@@ -224,7 +236,7 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
         nearest_primitive(walk, leaf->id, false);
 }
 
-/* What is in a leaf besides triangles. */
+/* Tests the primitives of a leaf other than triangles. */
 static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                    uint32_t count, bool naive)
 {

@@ -17,7 +17,7 @@ static INLINED bool naive_occlusion_leaf(void *context, const struct bvh_leaf *l
     return occlusion_in(context, leaves, count, true);
 }
 
-/* Whether an opaque surface is in the way; the first list of passages gets the transparent ones otherwise. */
+/* Whether an opaque surface blocks the ray; otherwise passages receives the transparent ones. */
 static INLINED bool is_blocked(const struct occlusion_batch *batch, const struct ray *ray,
                                bool naive)
 {
@@ -42,7 +42,7 @@ static INLINED bool is_blocked(const struct occlusion_batch *batch, const struct
     return walk.blocked;
 }
 
-/* One after the other. */
+/* Traces the rays of a set one by one. */
 static void occluded_singly(const struct occlusion_batch *batch, const struct ray *rays,
                             lane_set set, struct vec3 *transmittance)
 {

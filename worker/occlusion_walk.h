@@ -1,4 +1,4 @@
-/* What a shadow ray passes through, a primitive at a time. */
+/* The tests of a shadow ray, one primitive at a time. */
 #ifndef FARM_WORKER_OCCLUSION_WALK_H
 #define FARM_WORKER_OCCLUSION_WALK_H
 
@@ -8,7 +8,7 @@
 #include "common/message.h"
 #include "worker/probe.h"
 
-/* How often a ray crossed the surface of a transparent primitive. */
+/* The number of times that a ray crosses the surface of a transparent primitive. */
 struct passage {
     uint32_t material, primitive;
     uint32_t crossings;
@@ -17,10 +17,10 @@ struct passage {
 /* Most rays pass few transparent primitives; more of them move to the heap. */
 #define INLINE_PASSAGES 16
 
-/* The passages of one ray, as they were found; reused for the rays of a batch. */
+/* The passages of one ray, in the order in which they were found; reused for the rays of a batch. */
 struct passages {
     size_t count, capacity;
-    struct passage *at; /* fixed, or allocated when capacity is greater */
+    struct passage *at; /* fixed; allocated if capacity is larger */
     struct passage fixed[INLINE_PASSAGES];
 };
 
@@ -62,7 +62,10 @@ static inline int by_material(const void *a, const void *b)
     return (p->primitive > q->primitive) - (p->primitive < q->primitive);
 }
 
-/* Most rays pass few, of which the C library's qsort() would take longer than the rest of the filter. */
+/*
+ * Insertion sort for the usual few passages, for which qsort() of the C library would take longer than the
+ * rest of the filter.
+ */
 static inline void passages_sort(struct passages *passages)
 {
     struct passage *at = passages->at;
@@ -80,8 +83,8 @@ static inline void passages_sort(struct passages *passages)
 }
 
 /*
- * One factor after the other, always in the same order: the same bits for every tree. A triangle of
- * which there are pieces in several leaves may have been found more than once.
+ * The product of the factors, always in the same order: the same bits for every tree. A triangle with pieces
+ * in several leaves may have been found more than once.
  */
 static inline struct vec3 passages_filter(struct passages *passages,
                                           const struct material *materials)
@@ -99,7 +102,7 @@ static inline struct vec3 passages_filter(struct passages *passages,
     return light;
 }
 
-/* Of a ray that has passed what is in the list; no list: nothing is transparent. */
+/* The transmittance for a ray's passages; NULL: nothing is transparent. */
 static inline struct vec3 transmittance_of(const struct scene *scene, struct passages *passages,
                                            bool blocked)
 {
@@ -108,31 +111,31 @@ static inline struct vec3 transmittance_of(const struct scene *scene, struct pas
 }
 
 /*
- * What has blocked a ray, for its neighbours are often blocked by the same: a leaf of triangles, which
- * are quickest tested together, or a single other primitive. count 0: nothing has.
+ * What has blocked a ray, because it often blocks the neighbouring rays as well: a leaf of triangles, which
+ * are tested fastest together, or a single other primitive. count 0: nothing.
  */
 struct blocker {
     const struct bvh_leaf *leaves;
     uint32_t count;
-    const struct bvh *bvh; /* the tree that they are in */
+    const struct bvh *bvh; /* the tree that contains them */
 };
 
 struct occlusion_walk {
     struct blocker *blocker;
-    const struct bvh *bvh; /* the tree that is walked through */
+    const struct bvh *bvh; /* the tree that is traversed */
     struct probe probe;
     struct reach reach;
     struct passages *passages;
     bool blocked;
 };
 
-/* Whether the ray ends at any crossing. Nothing is transparent where there is no list. */
+/* Whether the ray ends at any crossing with this primitive. Without a list nothing is transparent. */
 static INLINED bool is_opaque(const struct passages *passages, const struct bvh_leaf *leaf)
 {
     return !passages || !leaf->transparent;
 }
 
-/* Returns false, with blocked set, at an opaque surface. */
+/* Records crossings of a primitive. Returns false, with blocked set, if it is opaque. */
 static INLINED bool occlusion_by(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
                                  unsigned crossings)
 {
@@ -170,7 +173,7 @@ static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct
     return occlusion_of(walk, &found, leaf);
 }
 
-/* The triangles of a leaf with `count` entries. */
+/* Tests the triangles of a leaf with `count` entries. */
 static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                         uint32_t count, uint32_t triangles, bool naive)
 {
@@ -199,7 +202,7 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     return occlusion_primitive(walk, leaf, false);
 }
 
-/* Ends a walk, by false, and keeps what has blocked the ray for the next one. */
+/* Records what has blocked the ray, for the next one, and returns false to end the traversal. */
 static INLINED bool end_at_blocker(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                    uint32_t count)
 {
@@ -207,7 +210,7 @@ static INLINED bool end_at_blocker(struct occlusion_walk *walk, const struct bvh
     return false;
 }
 
-/* What is in a leaf besides triangles. */
+/* Tests the primitives of a leaf other than triangles. */
 static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                      uint32_t count, bool naive)
 {
@@ -227,7 +230,7 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 
-/* Whether the ray is blocked by what has blocked the one before it, where that is quickly told. */
+/* Whether the blocker of the preceding ray blocks this one too, if that can be decided quickly. */
 static INLINED bool occlusion_by_blocker(struct occlusion_walk *walk)
 {
     const struct bvh_leaf *leaves = walk->blocker->leaves;
@@ -256,7 +259,7 @@ static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct sc
     walk->blocked = false;
 }
 
-/* How often the ray crosses a plane; a surface close to its start it may have passed. */
+/* The number of times that the ray crosses a plane. A surface close to its start may have been passed. */
 static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32_t id, bool naive)
 {
     const struct probe *probe = &walk->probe;
@@ -270,7 +273,7 @@ static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32
     return crossings_that_count(ray, &found);
 }
 
-/* false: a plane is in the way. */
+/* Tests the planes; false: one of them blocks the ray. */
 static INLINED bool occlusion_planes(struct occlusion_walk *walk, bool naive)
 {
     const struct scene *scene = walk->probe.scene;

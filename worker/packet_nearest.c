@@ -5,8 +5,10 @@
 
 #include "worker/lanes.h"
 
-/* Without SIMD nobody asks for packets (worker/nearest.c, occluded.c), and eight times the scalar code
- * would take half a minute to compile. */
+/*
+ * Without SIMD packets are not used (worker/nearest.c, occluded.c), and compiling eight times the scalar code
+ * would take half a minute.
+ */
 #if LANES_IN_SIMD
 
 #include "worker/nearest_walk.h"
@@ -15,37 +17,41 @@
 /* A primitive that may be a ray's nearest. */
 struct candidate {
     uint32_t id, part;
-    double from; /* no nearer than this */
-    double to;   /* and no farther, as in struct waiting; infinite, too, where that is not known */
+    double from; /* lower bound on its distance */
+    double to;   /* upper bound, as in struct waiting; also infinite if not known */
 };
 
 #define CANDIDATES 6
 
-/* Where fewer packets meet a leaf, what is computed for a bundle is not worth it: with one, primary rays
- * of large meshes (bench-kernel's million, lantern) took longer. */
+/*
+ * If fewer packets than this meet a leaf, computations for the whole bundle do not pay: with one, primary
+ * rays of large meshes (bench-kernel's million, lantern) took longer.
+ */
 #define TOGETHER_MIN 2
 
 struct nearest_packet {
     struct packet packet;
-    struct pinhole_rays through; /* where all rays have one origin */
+    struct pinhole_rays through; /* if all rays have a common origin */
     struct ray_lanes ray_lanes;
     const struct scene *scene;
     const struct ray *rays;
     struct known_planes *planes;
     uint64_t *exact;
-    alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
+    alignas(64) double limit[LANES]; /* largest distance that matters to the ray */
     struct floats float_limit;       /* ray_limits() */
-    struct lanes first_limit;        /* when the walk began */
-    struct lanes least;              /* what is nearer may have been passed, see shape.h */
+    struct lanes first_limit;        /* the limits when the traversal began */
+    struct lanes least;              /* nearer crossings may have been passed, see shape.h */
     struct lanes origin_error;
-    /* A triangle or plane that is certainly crossed before what was known when it was found; most rays have
-     * no other candidate. */
+    /*
+     * A triangle or plane that is certainly crossed before what was known when it was found; most rays have
+     * no other candidate.
+     */
     uint32_t first[LANES];
-    struct lanes first_from, first_to; /* as in struct candidate; from infinite: there is none */
+    struct lanes first_from, first_to; /* as in struct candidate; first_from infinite: none */
     struct candidate candidates[LANES][CANDIDATES];
     unsigned count[LANES];
     lane_set keeping; /* rays that have had candidates */
-    lane_set walking; /* rays that have a walk */
+    lane_set walking; /* rays whose walk has begun */
     struct nearest_walk walks[LANES];
 };
 
@@ -78,7 +84,7 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, struct candid
     it->candidates[lane][it->count[lane]++] = candidate;
 }
 
-/* Triangles, or planes, that rays certainly cross. */
+/* Adds triangles or planes that rays certainly cross as candidates. */
 static INLINED void keep_certain(struct nearest_packet *it, lane_set set, const uint32_t ids[LANES],
                                  struct lanes from, struct lanes to)
 {
@@ -91,8 +97,10 @@ static INLINED void keep_certain(struct nearest_packet *it, lane_set set, const 
     }
 }
 
-/* Rays that certainly meet something by `to` are not interested in what is beyond by more than may
- * yet be as near by worker/order.h. */
+/*
+ * Lowers the limits of rays that certainly hit something by `to`; crossings beyond may still be equally near
+ * by worker/order.h, up to twice the error.
+ */
 static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struct lanes to)
 {
     struct lanes error = lanes_add(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), to));
@@ -101,8 +109,10 @@ static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struc
     lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->first_limit), limit, now));
 }
 
-/* Keeps of the rays that certainly cross a primitive those for which it may be the first; returns whose
- * first it is now. */
+/*
+ * For the rays that certainly cross a primitive and for which it may be the nearest, keeps it as the first or
+ * as a candidate. Returns the rays whose first it now is.
+ */
 static INLINED lane_set keep_nearer(struct nearest_packet *it, uint32_t id, lane_set set,
                                     struct lanes from, struct lanes to)
 {
@@ -110,7 +120,7 @@ static INLINED lane_set keep_nearer(struct nearest_packet *it, uint32_t id, lane
     if (!set) return 0;
     lower_limits(it, set & lanes_less(it->least, from), to);
     lane_set nearer = set & lanes_less(lanes_load(it->limit), it->first_from);
-    set &= ~(nearer | equal_ids(it->first, id)); /* the latter: other pieces of it */
+    set &= ~(nearer | equal_ids(it->first, id)); /* the latter: other pieces of the same triangle */
     it->first_from = lanes_choose(nearer, from, it->first_from);
     it->first_to = lanes_choose(nearer, to, it->first_to);
     put_ids(it->first, nearer, id);
@@ -121,7 +131,7 @@ static INLINED lane_set keep_nearer(struct nearest_packet *it, uint32_t id, lane
     return nearer;
 }
 
-/* Keeps what the rays may meet first. */
+/* Adds a triangle to the candidates of the rays that may hit it. */
 static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf *leaf,
                                             const struct rough_crossings *found)
 {
@@ -169,16 +179,16 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     test_each(it, leaf->id, set & ~told);
 }
 
-/* Packets that are walked through the tree together. */
+/* A bundle in search of its nearest hits. */
 struct nearest_bundle {
     struct bundle bundle;
-    const struct bvh_leaf *leaves; /* of the tree that is walked through */
+    const struct bvh_leaf *leaves; /* leaves of the tree that is traversed */
     bool given_up, prepared, among_leaves;
     struct pinhole eye;
     struct nearest_packet packets[BUNDLE];
 };
 
-/* Before all that is tested with the packet. */
+/* Prepares a packet for its first test. */
 static void nearest_prepare(struct nearest_packet *it, const struct bundle *bundle)
 {
     packet_prepare(&it->packet, bundle);
@@ -192,7 +202,7 @@ static void nearest_prepare(struct nearest_packet *it, const struct bundle *bund
     memset(it->first, 0xff, sizeof it->first);
 }
 
-/* Before anything is tested. */
+/* Prepares all packets for their first tests. */
 static void bundle_prepare(struct nearest_bundle *it)
 {
     it->prepared = true;
@@ -200,7 +210,7 @@ static void bundle_prepare(struct nearest_bundle *it)
         nearest_prepare(&it->packets[i], &it->bundle);
 }
 
-/* Before the first leaf of a tree. */
+/* Called before the first leaf of a tree. */
 static void bundle_enter_leaves(struct nearest_bundle *it)
 {
     const struct bundle *bundle = &it->bundle;
@@ -233,7 +243,7 @@ static INLINED double farthest_limit(const struct nearest_bundle *it)
     return lanes_highest(farthest);
 }
 
-/* Rays with some of LANES triangles, from the leaf's first of them on. */
+/* Tests rays with some of LANES triangles, which begin at `leaves`. */
 static INLINED void look_at_triangles(struct nearest_packet *it, const struct bvh_leaf *leaves,
                                       const struct pinhole_leaf *leaf,
                                       const struct pinhole_triangles *seen, lane_set set,
@@ -252,8 +262,10 @@ static INLINED void look_at_triangles(struct nearest_packet *it, const struct bv
     }
 }
 
-/* Rays of all packets with the triangles of a leaf with `count` entries; false: they are to be tested
- * packet by packet. */
+/*
+ * Tests the rays of all packets with the triangles of a leaf with `count` entries. false: they must be tested
+ * packet by packet.
+ */
 static INLINED bool look_at_leaf(struct nearest_bundle *it, const struct bvh_leaf *leaves,
                                  uint32_t count, uint32_t triangles, const lane_set rays[BUNDLE])
 {
@@ -273,14 +285,16 @@ static INLINED bool look_at_leaf(struct nearest_bundle *it, const struct bvh_lea
     return true;
 }
 
-/* What each packet has in a box. */
+/* The rays of each packet that meet a box. */
 struct bundle_sets {
     lane_set rays[BUNDLE];
-    unsigned met, packets; /* how many rays, and packets that have some */
+    unsigned met, packets; /* number of rays, and of packets with any */
 };
 
-/* Into what the caller has: of a result that is returned, the whole would be copied while its parts are still
- * on their way to memory, and the processor would wait for them. */
+/*
+ * Writes into the caller's struct. A returned one would be copied while its parts are still on their way to
+ * memory, and the processor would stall.
+ */
 static INLINED void rays_in_box(const struct nearest_bundle *it, const struct packet_box *box,
                                 struct bundle_sets *sets)
 {
@@ -325,10 +339,10 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
         *limit = farthest_limit(it);
     }
     it->given_up = !is_worth_it(&it->bundle, sets.met);
-    if (it->given_up) *limit = -INFINITE; /* which ends the walk */
+    if (it->given_up) *limit = -INFINITE; /* ends the traversal */
 }
 
-/* false: the rays are better off on their own. */
+/* false: the rays are faster on their own. */
 static INLINED bool walk_trees(struct nearest_bundle *it, const struct bvh *bvh)
 {
     for (lane_set trees = trees_of_bundle(&it->bundle, bvh, farthest_limit(it)); trees;) {
@@ -352,7 +366,7 @@ static void plane_candidates(struct nearest_packet *it, uint32_t id)
     test_each(it, id, set & ~(ahead | behind));
 }
 
-/* The planes, which are no part of the tree. */
+/* Tests the planes, which are not in the tree. */
 static void bundle_planes(struct nearest_bundle *it, const struct scene *scene)
 {
     uint32_t end = plane_ids_end(scene);
@@ -378,7 +392,7 @@ static INLINED void nearest_packet_begin(struct nearest_packet *it,
     lanes_store(it->limit, it->packet.t_max);
 }
 
-/* Whether something else than its first may be a ray's nearest. */
+/* Whether something other than its first may be a ray's nearest. */
 static bool has_another(const struct nearest_packet *it, unsigned lane)
 {
     for (unsigned i = 0; i < it->count[lane]; i++) {
@@ -388,7 +402,7 @@ static bool has_another(const struct nearest_packet *it, unsigned lane)
     return false;
 }
 
-/* Of rays that meet their first one first, where that is beyond doubt; returns whose hits those are. */
+/* Sets the hits of rays whose first is their nearest beyond doubt; returns these rays. */
 static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, struct hit *hits)
 {
     double from[LANES], to[LANES];
@@ -402,8 +416,7 @@ static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, st
     return set;
 }
 
-/* Before a bundle's hits go on to points_find(): in a large mesh, the corners of what they meet are in
- * no near cache. */
+/* Prefetches vertices before a bundle's hits go to points_find(): in a large mesh they are in no near cache. */
 static INLINED void prefetch_firsts(const struct nearest_packet *it)
 {
     const struct vec3 *vertices = scene_vertices(it->scene);
@@ -418,8 +431,10 @@ static INLINED void prefetch_firsts(const struct nearest_packet *it)
     }
 }
 
-/* The hits of rays whose first is the only one, for all together; returns whose they are. The firsts
- * of the others join their candidates. */
+/*
+ * Sets together the hits of rays whose first is their only candidate; returns these rays. The firsts of other
+ * rays become candidates.
+ */
 static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
 {
     lane_set firsts = lanes_less(it->first_from, lanes_of(INFINITE)) &
@@ -432,7 +447,10 @@ static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
     return set;
 }
 
-/* Takes the one thing that a ray meets first for its hit, if that is all there is to say of it. */
+/*
+ * If a ray has only one candidate that can be its nearest, and is so beyond doubt, makes it the hit. Returns
+ * false otherwise.
+ */
 static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
     const struct candidate *only = NULL;
@@ -449,7 +467,7 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     return true;
 }
 
-/* The hit of a ray on its own. */
+/* Determines the hit of a single ray. */
 static void settle_alone(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
     if (it->count[lane] > 0 && settle_roughly(it, lane, hit)) return;

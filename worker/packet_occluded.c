@@ -2,8 +2,10 @@
 
 #include "worker/lanes.h"
 
-/* Without SIMD nobody asks for packets (worker/nearest.c, occluded.c), and eight times the scalar code
- * would take half a minute to compile. */
+/*
+ * Without SIMD packets are not used (worker/nearest.c, occluded.c), and compiling eight times the scalar code
+ * would take half a minute.
+ */
 #if LANES_IN_SIMD
 
 #include "worker/occlusion_walk.h"
@@ -19,9 +21,9 @@ struct occlusion_packet {
     struct blocker *blocker;
     bool given_up;
     struct passages *passages; /* NULL: nothing is transparent */
-    lane_set open;             /* rays that nothing has blocked yet */
-    struct lanes least;        /* what is nearer may be a passage through where the ray starts */
-    lane_set walking;          /* rays that have a walk */
+    lane_set open;             /* rays not blocked yet */
+    struct lanes least;        /* nearer crossings may be a passage where the ray starts */
+    lane_set walking;          /* rays whose walk has begun */
     struct occlusion_walk walks[LANES];
 };
 
@@ -40,7 +42,7 @@ static INLINED void note(struct occlusion_packet *it, unsigned lane, bool goes_o
     if (!goes_on) it->open &= ~(UINT32_C(1) << lane);
 }
 
-/* So many crossings certainly count, of rays that do not start on the primitive. */
+/* Records crossings that certainly count, for rays that do not start on the primitive. */
 static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf *leaf,
                               lane_set set, unsigned crossings)
 {
@@ -94,7 +96,7 @@ static SHARED void solid_in_the_way(struct occlusion_packet *it, const struct bv
     test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
 }
 
-/* Keeps the other primitive that has blocked a ray, or the leaf of triangles. */
+/* Tests a leaf. Keeps as blocker the leaf if a triangle has blocked a ray, or another primitive that has. */
 static SHARED void look_in_leaf(struct occlusion_packet *it, const struct bvh_leaf *leaves,
                                 uint32_t count, lane_set rays)
 {
@@ -127,8 +129,10 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (!it->open) *limit = -INFINITE; /* that is all */
 }
 
-/* The triangles of the leaf that has blocked the rays before these, where that is quickly told: the
- * walk comes to what is not. */
+/*
+ * Tests the triangles of the leaf that has blocked preceding rays, where that is quickly decided; the
+ * traversal tests the rest.
+ */
 static void look_in_last_leaf(struct occlusion_packet *it, const struct blocker *last)
 {
     const struct bvh_corners *corners = bvh_corners(last->leaves, last->count);
@@ -155,7 +159,7 @@ static void look_at_blocker(struct occlusion_packet *it)
         solid_in_the_way(it, last.leaves, it->open);
 }
 
-/* Rays that start on it do not meet it. */
+/* Tests a plane. Rays that start on it do not hit it. */
 static void plane_in_the_way(struct occlusion_packet *it, uint32_t id)
 {
     struct bvh_leaf leaf = bvh_leaf_of(it->scene, id);
@@ -167,7 +171,7 @@ static void plane_in_the_way(struct occlusion_packet *it, uint32_t id)
     test_each(it, &leaf, set & ~(span.told & (within | beyond)));
 }
 
-/* The planes, which are no part of the tree. */
+/* Tests the planes, which are not in the tree. */
 static void planes_in_the_way(struct occlusion_packet *it)
 {
     uint32_t end = plane_ids_end(it->scene);
@@ -185,7 +189,7 @@ static void begin_rays(struct occlusion_packet *it)
     planes_in_the_way(it);
 }
 
-/* Until all rays are blocked, or the packet gives up. */
+/* Traverses the trees until all rays are blocked or the packet gives up. */
 static INLINED void walk_trees(struct occlusion_packet *it, const struct bvh *bvh)
 {
     double limit = lanes_highest(it->packet.t_max);
@@ -221,8 +225,11 @@ bool occluded_packet(const struct occlusion_batch *batch, const struct ray *rays
     begin_rays(&it);
     look_at_blocker(&it);
     walk_trees(&it, batch->bvh);
-    /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
-     * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
+    /*
+     * A blocker saves a packet the traversal only if it blocks all rays. If one of these rays was not
+     * blocked, some of the next are likely not to be either, so the blocker is forgotten, however many rays
+     * it has blocked.
+     */
     if (it.open && !it.given_up) it.blocker->count = 0;
     *open = it.given_up ? it.open : 0;
     for (unsigned lane = 0; lane < LANES; lane++)

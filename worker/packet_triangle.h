@@ -1,13 +1,13 @@
-/* A triangle against a packet of rays. */
+/* Tests of a triangle against a packet of rays. */
 #ifndef FARM_WORKER_PACKET_TRIANGLE_H
 #define FARM_WORKER_PACKET_TRIANGLE_H
 
 #include "worker/lanes3.h"
 #include "worker/packet_walk.h"
 
-/* As all rays see it, by the filter of triangle_crossings(). */
+/* The triangle relative to each ray, by the filter of triangle_crossings(). */
 struct packet_view {
-    lane_set maybe, certain; /* not certainly missed; certainly crossed */
+    lane_set maybe, certain; /* rays that may cross it; rays that certainly do */
     struct sheared_lanes p, q, r;
     struct lanes e0, e1, e2, error;
 };
@@ -39,7 +39,7 @@ static INLINED void decide(struct packet_view *view)
     struct lanes low = lanes_smaller(lanes_smaller(view->e0, view->e1), view->e2);
     struct lanes high = lanes_larger(lanes_larger(view->e0, view->e1), view->e2);
     struct lanes error = lanes_edge_error(&view->p, &view->q, &view->r), zero = lanes_of(0);
-    /* A sum or a difference has the sign of the exact one: low < -error. */
+    /* The rounded sum or difference has the sign of the exact one: low < -error. */
     lane_set below = lanes_less(lanes_add(low, error), zero);
     lane_set above = lanes_less(error, high);
     view->error = error;
@@ -60,15 +60,15 @@ static INLINED struct packet_view packet_view(const struct packet *packet,
     return view;
 }
 
-/* A mean of the vertices' z, and by how much it is off because of its weights. */
+/* A weighted mean of the vertices' z, and a bound on its error due to the weights. */
 struct mean_lanes {
     struct lanes z, doubt;
 };
 
 /*
- * With weights e of one sign that are off by `error` each, the mean is off by twice the share of
- * three errors in the sum of the weights, in units of the range of z, if that share is not above a
- * half; and never by more than the range.
+ * If weights e of one sign err by `error` each, the mean errs by twice the ratio of three errors to the sum
+ * of the weights, in units of the range of z, if that ratio is at most a half; and never by more than the
+ * range.
  */
 static INLINED struct mean_lanes mean_of_vertices(const struct lanes z[3], struct lanes e0,
                                                   struct lanes e1, struct lanes e2,
@@ -84,10 +84,9 @@ static INLINED struct mean_lanes mean_of_vertices(const struct lanes z[3], struc
 }
 
 /*
- * Where the rays that certainly cross a triangle do so, within bounds. The exact crossing lies at a
- * mean z of the vertices with the edges' values for weights. All other roundings, of z, of the mean
- * and of the quotients, and what t is off by when it is computed in the end, are less than 64 u of
- * the largest z.
+ * Bounds on the distance at which rays that certainly cross a triangle do so. The exact crossing is at the
+ * mean of the vertices' z, weighted with the edges' values. All other roundings, of z, of the mean and of the
+ * quotients, and the error of the final t, are less than 64 u of the largest z.
  */
 static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
                                      struct lanes *from, struct lanes *to)

@@ -1,4 +1,4 @@
-/* The walk of packets of rays through the tree; see worker/packet.h. */
+/* The traversal of the tree by packets of rays; see worker/packet.h. */
 #ifndef FARM_WORKER_PACKET_WALK_H
 #define FARM_WORKER_PACKET_WALK_H
 
@@ -9,10 +9,11 @@
 #include "worker/triangle_lanes.h"
 
 /*
- * Leaves after which a bundle may turn out not to be worth it, and how many of them there may be to one ray
- * in one leaf. Rays from one point are given more: where triangles are as small as what lies between two
- * rays (bench-kernel's million), leaves that none of them meets cost less than walks of their own. There
- * the kernel took 0.85 of the time with 64 and 8, and 0.97 for the lantern; never to give up was no faster.
+ * A bundle may give up after LEAVES_ON_TRIAL leaves. It does if there are LEAVES_TO_A_RAY leaves or more for each
+ * ray found in a leaf.
+ * Rays with a common origin have higher limits: if triangles are as small as the spacing of rays
+ * (bench-kernel's million), leaves that no ray meets cost less than separate traversals. There the kernel
+ * took 0.85 of the time with 64 and 8, and 0.97 for the lantern; never giving up was no faster.
  */
 #define LEAVES_ON_TRIAL         16
 #define LEAVES_TO_A_RAY         2
@@ -20,61 +21,63 @@
 #define PINHOLE_LEAVES_TO_A_RAY 8
 
 /*
- * One axis for all rays. A distance is (bound - origin) * (1 / d), as in worker/float_slabs.h.
+ * The slab of one axis for all rays of a bundle. A distance is (bound - origin) * (1 / d), as in
+ * worker/float_slabs.h.
  *
- * Where rays go both ways, those that go up most are the first in a box above them, and those that go
- * down most in one below; nothing tells when they leave it.
+ * If rays go both ways, those that go up fastest are the first to enter a box above them, and those that go
+ * down fastest are the first to enter one below. There is then no bound on when they leave it.
  */
 struct range_slab {
     bool both_ways;
-    size_t near_plane, far_plane; /* both ways: as for rays that go up */
-    float in_origin, out_origin;  /* the ends of the ranges that count */
+    size_t near_plane, far_plane; /* if both_ways: as for rays that go up */
+    float in_origin, out_origin;  /* the relevant ends of the range of origins */
     float inverse_low, inverse_high;
-    float ray_in, ray_out; /* as in_origin and out_origin, for tests of rays that have one origin */
+    /* As in_origin and out_origin, for tests of single rays with a common origin. */
+    float ray_in, ray_out;
 };
 
-/* struct float_slab of each ray; where they have one origin, that is a range_slab's. */
+/* struct float_slab of each ray; for rays with a common origin the origins are those of a range_slab. */
 struct lane_slab {
     struct floats near_origin, far_origin, inverse;
 };
 
-/* LANES rays, one to a lane. */
+/* A packet: LANES rays, one in each lane. */
 struct packet {
-    const struct bvh *bvh; /* whose leaves it is tested with */
-    uint32_t from[LANES];  /* what the rays start on, as in struct ray */
+    const struct bvh *bvh; /* the tree whose leaves are tested */
+    uint32_t from[LANES];  /* primitives that the rays start on, as in struct ray */
     struct lanes o[3], d[3], t_max;
 
-    /* What only tests need; see packet_prepare(), and of slabs' origins packet_enters(). */
+    /* Values for tests; see packet_prepare(), and packet_enters() for the origins of slabs. */
     bool prepared;
     unsigned axes[3]; /* x, y and z of the shear */
     struct lane_slab slabs[3];
     struct lanes origin[3], sx, sy; /* origin: in the order of the shear's axes */
-    struct lanes inverse_dz;        /* of the shear's z */
+    struct lanes inverse_dz;        /* 1 / the direction's component along the shear's z axis */
     struct floats float_sx, float_sy;
 };
 
-/* Between what the components of some rays lie. */
+/* The range of a component over some rays. */
 struct ends {
     double low, high;
 };
 
-/* Of the rays of all packets. */
+/* The ranges over the rays of all packets. */
 struct bundle_ends {
     struct ends o[3], d[3];
     bool finite;
 };
 
-/* Packets that are walked through the tree together. */
+/* A bundle: packets that traverse the tree together. */
 struct bundle {
-    const struct bvh *bvh; /* that it walks through */
+    const struct bvh *bvh; /* the tree that is traversed */
     unsigned count;
     struct packet *packets[BUNDLE];
-    unsigned leaves, visits; /* leaves looked at; rays that were in them */
+    unsigned leaves, visits; /* leaves tested; sum over these of the rays in them */
     unsigned axes[3];        /* x, y and z of the shear, the same for all rays */
     struct bundle_ends ends;
-    double margin, wide; /* what boxes grow by; on axes that rays hardly go along */
+    double margin, wide; /* how much boxes grow; wide: on axes along which rays hardly move */
     struct range_slab ranges[3];
-    bool one_origin; /* of all rays */
+    bool one_origin; /* all rays have a common origin */
 };
 
 static INLINED struct lanes largest_of(const struct lanes v[3])
@@ -82,7 +85,7 @@ static INLINED struct lanes largest_of(const struct lanes v[3])
     return lanes_largest(lanes_abs(v[0]), lanes_abs(v[1]), lanes_abs(v[2]));
 }
 
-/* origin: of all of them; NULL: each has its own. */
+/* origin: the common origin; NULL: each ray has its own. */
 static INLINED void load_packet(struct packet *packet, const struct ray *rays,
                                 const struct vec3 *origin)
 {
@@ -109,10 +112,10 @@ static INLINED void load_packet(struct packet *packet, const struct ray *rays,
     if (!origin) lanes_transpose(origins, &xyz, packet->o);
 }
 
-/* Lane by lane. */
+/* The ranges, lane by lane. */
 struct lane_ends {
     struct lanes low[3], high[3];
-    struct lanes zero[3]; /* 0 times all of them, added up: NaN if one is not finite */
+    struct lanes zero[3]; /* sum of 0 times all values: NaN if one is not finite */
 };
 
 static INLINED struct lane_ends no_ends(void)
@@ -131,7 +134,7 @@ static INLINED void widen(struct lane_ends *ends, const struct lanes v[3])
     }
 }
 
-/* Returns whether all are finite. */
+/* Reduces the ranges over all lanes; returns whether all values are finite. */
 static INLINED bool ends_of_lanes(const struct lane_ends *lanes, struct ends ends[3])
 {
     UNROLLED
@@ -164,7 +167,7 @@ static INLINED void load_bundle(struct bundle *bundle, const struct ray *rays)
     ends->finite &= origin ? ends_of_point(origin, ends->o) : ends_of_lanes(&o, ends->o);
 }
 
-/* The largest and, where they all have one sign, the smallest; else nothing above 0. */
+/* The largest magnitude, and the smallest if all have one sign, else a number <= 0. */
 static INLINED double largest_end(struct ends ends)
 {
     return larger_number(ends.high, -ends.low);
@@ -184,10 +187,12 @@ static INLINED bool have_one_shear(const struct bundle *bundle)
     return largest_end(ends->d[axes[0]]) < least && largest_end(ends->d[axes[1]]) < least;
 }
 
-/* The slabs of one axis. Where rays go both ways, the range is widened until float can take the inverse
- * of both ends. That does no harm: it is as if there were faster rays, too, which come into a box
- * before the others, and nothing is told of when they leave it; more boxes are met, none fewer. What a
- * ray's own component counts for is not_too_slow(). */
+/*
+ * Sets the slab of one axis. If rays go both ways, the range of directions is widened until the inverses of
+ * both ends fit into float. That is safe: it is as if there were faster rays, too, which enter a box earlier,
+ * and there is no bound on when rays leave it; so more boxes are met, none fewer. A ray's own component is
+ * limited by not_too_slow().
+ */
 static INLINED void set_range(struct bundle *bundle, unsigned axis)
 {
     const struct bundle_ends *ends = &bundle->ends;
@@ -214,7 +219,7 @@ static INLINED void set_range(struct bundle *bundle, unsigned axis)
     range->inverse_high = (float)(1 / least);
 }
 
-/* Whether float does for all of them. */
+/* Whether float suffices for all rays. */
 static INLINED bool bundle_fits_floats(const struct bundle *bundle, double farthest_origin)
 {
     double least = smallest_end(bundle->ends.d[bundle->axes[2]]);
@@ -232,8 +237,10 @@ static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
     return same == 7;
 }
 
-/* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
- * not alike. */
+/*
+ * Sets up a bundle from the rays of bundle->count packets, for which bundle->packets has room. false: they
+ * are not coherent enough.
+ */
 static INLINED bool bundle_of(const struct ray *rays, struct bundle *bundle)
 {
     bundle->leaves = bundle->visits = 0;
@@ -248,15 +255,16 @@ static INLINED bool bundle_of(const struct ray *rays, struct bundle *bundle)
         struct ends d = bundle->ends.d[axis];
         bundle->ranges[axis].both_ways = !(smallest_end(d) > FLOAT_COMPONENT_MIN);
     }
-    /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
-     * has an end. */
+    /* The box of an empty slot is rejected because it ends before it begins; for rays that go both ways there
+     * is no end. */
     if (bundle->ranges[z].both_ways) return false;
-    /* Such as float does for in any tree: planes and what blocked others are looked at before the first one. */
+    /* Directions for which float suffices in any tree: planes and the last blocker are tested before the
+     * first tree. */
     struct ends ahead = bundle->ends.d[z];
     return smallest_end(ahead) > FLOAT_DIRECTION_MIN && largest_end(ahead) < FLOAT_DIRECTION_MAX;
 }
 
-/* Before a walk through a tree, which is not empty. false: float does not do for it. */
+/* Called before the traversal of a tree, which must not be empty. false: float does not suffice for it. */
 static INLINED bool bundle_enters(struct bundle *bundle, const struct bvh *bvh)
 {
     double largest_origin = 0, distance = 0;
@@ -276,20 +284,20 @@ static INLINED bool bundle_enters(struct bundle *bundle, const struct bvh *bvh)
     return true;
 }
 
-/* A component of rays, no less than that. */
+/* A component of directions, with a magnitude of at least `least`. */
 static INLINED struct lanes not_too_slow(struct lanes d, struct lanes least)
 {
     struct lanes size = lanes_larger(lanes_abs(d), least);
     return lanes_choose(lanes_less(d, lanes_of(0)), lanes_negate(size), size);
 }
 
-/* Slower than that along an axis, a ray hardly goes along it: float_slab_of(). */
+/* A component smaller than this means that a ray hardly moves along the axis: float_slab_of(). */
 static INLINED struct lanes slow_way(const struct packet *packet, const struct bundle *bundle)
 {
     return lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(packet->d[bundle->axes[2]]));
 }
 
-/* For tests of leaves, of which many packets meet none, and of planes. */
+/* Prepares the packet for tests of leaves, of which many packets meet none, and of planes. */
 static INLINED void packet_prepare(struct packet *packet, const struct bundle *bundle)
 {
     const unsigned *axes = bundle->axes;
@@ -311,7 +319,7 @@ static INLINED void packet_prepare(struct packet *packet, const struct bundle *b
     packet->float_sy = floats_of_lanes(packet->sy);
 }
 
-/* struct float_slab of rays that have origins of their own; see float_below() and float_above(). */
+/* Sets the origins of struct float_slab for rays with different origins; see float_below() and float_above(). */
 static INLINED void set_origins(struct lane_slab *slab, struct lanes origin, struct lanes margin)
 {
     struct lanes low = lanes_sub(origin, margin), high = lanes_add(origin, margin);
@@ -323,7 +331,8 @@ static INLINED void set_origins(struct lane_slab *slab, struct lanes origin, str
     slab->far_origin = floats_of_lanes(lanes_choose(down, high, low));
 }
 
-/* Before it looks at leaves of the tree that the bundle walks through. As for a single ray, see float_slab_of(). */
+/* Called before the packet tests leaves of the tree that the bundle traverses. As float_slab_of() for a
+ * single ray. */
 static INLINED void packet_enters(struct packet *packet, const struct bundle *bundle)
 {
     packet->bvh = bundle->bvh;
@@ -365,8 +374,8 @@ static INLINED void range_cut(const struct range_slab *range, const struct bvh_n
     *far = floats_smaller(out, *far);
 }
 
-/* Of a node's boxes those that some ray may be in at 0 <= t <= limit, a float_slab_limit(), and from
- * where on. */
+/* The boxes of a node that some ray may meet within 0 <= t <= limit, a float_slab_limit(); *enter: the
+ * earliest entries. */
 static INLINED lane_set ranges_meet(const struct bundle *bundle, const struct bvh_node *node,
                                     float limit, struct floats *enter)
 {
@@ -378,7 +387,7 @@ static INLINED lane_set ranges_meet(const struct bundle *bundle, const struct bv
     return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
 
-/* Of several trees those whose boxes some ray may be in at 0 <= t <= limit. Before the bundle enters one. */
+/* The trees whose boxes some ray may meet within 0 <= t <= limit. Called before the bundle enters a tree. */
 static INLINED lane_set trees_of_bundle(struct bundle *bundle, const struct bvh *bvh, double limit)
 {
     const struct bvh *boxes = bvh_boxes(bvh);
@@ -396,13 +405,14 @@ static INLINED struct floats one_plane(const struct bvh_node *node, size_t offse
     return floats_of(((const float *)(const void *)((const char *)node + offset))[slot]);
 }
 
-/* float_slab_limit() of each ray. */
+/* float_slab_limit() for each ray. */
 static INLINED struct floats ray_limits(struct lanes limit)
 {
     return floats_of_lanes(lanes_mul(limit, lanes_of(FLOAT_WIDENING)));
 }
 
-/* One of a node's boxes, as the rays come to its planes; where they have one origin, from there. */
+/* The planes of one box, in the order in which the rays meet them; relative to the common origin if there is
+ * one. */
 struct packet_box {
     bool one_origin, both_ways[3];
     struct floats near[3], far[3];
@@ -425,7 +435,7 @@ static INLINED struct packet_box packet_box(const struct bundle *bundle,
     return box;
 }
 
-/* Of two planes the one that each ray comes to first, by the sign of its inverse. */
+/* Orders two planes for each ray by the sign of its inverse. */
 static INLINED void order_by_way(struct floats inverse, struct floats *first, struct floats *last)
 {
     lane_set down = floats_less(inverse, floats_of(0));
@@ -434,7 +444,7 @@ static INLINED void order_by_way(struct floats inverse, struct floats *first, st
     *last = floats_choose(down, min, max);
 }
 
-/* The rays that are in a box at 0 <= t <= limit, of ray_limits(). */
+/* The rays that meet a box within 0 <= t <= limit, which is from ray_limits(). */
 static INLINED lane_set rays_meet(const struct packet *packet, const struct packet_box *box,
                                   struct floats limit)
 {
@@ -458,7 +468,7 @@ static INLINED lane_set rays_meet(const struct packet *packet, const struct pack
     return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
 
-/* A child for later. */
+/* A child that is still to be visited. */
 struct packet_pending {
     uint32_t node, slot;
     float enter;
@@ -491,8 +501,10 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
     return end;
 }
 
-/* Counts a leaf and its rays. false: too many leaves that the ranges meet are met by no ray, and the
- * rays are better off on their own. */
+/*
+ * Counts a leaf and its rays. false: too many leaves that the ranges meet are met by no ray, so the rays are
+ * faster on their own.
+ */
 static INLINED bool is_worth_it(struct bundle *bundle, unsigned rays)
 {
     bundle->leaves++;
@@ -503,7 +515,7 @@ static INLINED bool is_worth_it(struct bundle *bundle, unsigned rays)
     return bundle->leaves < LEAVES_ON_TRIAL || LEAVES_TO_A_RAY * bundle->visits > bundle->leaves;
 }
 
-/* Looks at a leaf; may lower *limit, the farthest that is of interest to any ray. */
+/* Tests a leaf; may lower *limit, the largest distance that matters to any ray. */
 typedef void visit_leaf_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                   double *limit);
 

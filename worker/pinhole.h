@@ -1,47 +1,47 @@
 /*
- * Triangles of a leaf as rays from one point see them, in float and from corners of 16 bits, as in
- * worker/rough_triangles.h, from which units, places and errors are.
+ * Tests of the triangles of a leaf for rays with a common origin, in float and with vertices of 16 bits, as
+ * in worker/rough_triangles.h, which defines units, places and errors.
  *
- * For such rays, a ray's sx and sy are all that an edge's value depends on, and it does so linearly.
- * In the frame that is sheared for a ray in the middle of the bundle, corner p is at p.x, p.y and,
- * with the leaf's Z for the unit of depth, p.z; a ray that is (X, Y) aside of the middle one where z = 1
- * sees it at p.x - X p.z, p.y - Y p.z. So the value of edge pq is
+ * For such rays the value of an edge depends only on a ray's sx and sy, and does so linearly. In the frame
+ * sheared for a ray in the middle of the bundle, vertex p is at p.x, p.y and, in units of the leaf's Z, at
+ * depth p.z. For a ray that is at (X, Y) relative to the middle ray at depth 1, the vertex is at p.x - X p.z,
+ * p.y - Y p.z. So the value of edge pq is
  *
  *     (p.x q.y - p.y q.x) + X (p.y q.z - p.z q.y) + Y (p.z q.x - p.x q.z),
  *
- * where the brackets are computed for eight triangles at once, and once for a bundle; between the
- * values at the corners of a window of rays are those of all rays in it.
+ * where the brackets are computed for eight triangles at once, and once for a bundle. The values for all rays
+ * in a window lie between those at the window's corners.
  */
 #ifndef FARM_WORKER_PINHOLE_H
 #define FARM_WORKER_PINHOLE_H
 
 #include "worker/rough_packet.h"
 
-/* All rays of a bundle that have one origin. */
+/* All rays of a bundle with a common origin. */
 struct pinhole {
     double from_center[3]; /* the origin, in the order of the shear's axes */
-    double sx, sy;         /* the middle of the rays' */
-    double wide;           /* those of no ray differ by more, but for the middle's rounding */
+    double sx, sy;         /* the middle of the rays' sx and sy */
+    double wide;           /* no ray differs from it by more, except for the middle's rounding */
     bool down;             /* dz < 0 */
 };
 
-/* Some of them: what they are aside of the middle by. */
+/* A window of rays, relative to the middle ray. */
 struct window {
-    struct floats x, y, wide_x, wide_y; /* its middle, and half of what it is wide */
+    struct floats x, y, wide_x, wide_y; /* its middle, and half of its width */
 };
 
-/* LANES of them. */
+/* LANES of these rays. */
 struct pinhole_rays {
     struct floats x, y;
     struct window window;
 };
 
-/* Half, and what subtractions may be rounded by. */
+/* Half, with a margin for the rounding of subtractions. */
 #define WINDOW_HALF (0.5 * (1 + 0x1p-10))
 
 /*
- * Of a bundle that has one origin, whose packets are prepared. Where rays differ in the last bit alone,
- * their middle is one end of them, and the other end differs by up to 2^-53 more than `wide`. With Z
+ * Sets up a bundle with a common origin, whose packets are prepared. If rays differ only in the last bit,
+ * their middle is one end of their range, and the other end differs by up to 2^-53 more than `wide`. With Z
  * less than 2^40 and a depth of 3/2 that is 0.0002 places, of the 0.002 that PINHOLE_ERROR has left.
  */
 static INLINED struct pinhole pinhole_of(const struct bundle *bundle)
@@ -65,7 +65,7 @@ static INLINED struct pinhole pinhole_of(const struct bundle *bundle)
     return eye;
 }
 
-/* Their middle is rounded as a ray is. */
+/* The middle of the window is rounded like a ray. */
 static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
                                                    const struct packet *packet)
 {
@@ -82,31 +82,31 @@ static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
 }
 
 /*
- * Nothing is nearer than this, in units: depths of corners are between 1/2 and 3/2 of Z.
+ * Leaves nearer than DEPTH_MIN units are not handled, so the depths of vertices are between 1/2 and 3/2 of Z.
  *
- * PLACE_ERROR, of which less than 1.0763 is used, is of x' for a ray on its own. To this are added, of
- * v = 2^-24, for rays less than 2^18 aside: X is off by 3 2^18 v, as the ray's part, Z and their
- * product are rounded, times a depth of 3/2; a depth by 2 v, times 2^18: to 1 something of at most 1/2
- * is added, whose inverse and product make v / 2 each, and the sum v. Together 6.5 2^18 v < 0.1016, and
- * with the former less than 1.178.
+ * PLACE_ERROR, of which less than 1.0763 is used, is the error of x' for a single ray. For rays less than
+ * 2^18 aside, with v = 2^-24, the following is added. X errs by 3 2^18 v, as the ray's part, Z and their
+ * product are rounded, times a depth of 3/2. A depth errs by 2 v, times 2^18: to 1 is added a term of at most
+ * 1/2, whose inverse and product contribute v / 2 each, and the sum v. Together 6.5 2^18 v < 0.1016, and with
+ * the former less than 1.178.
  */
 #define DEPTH_MIN     0x1p17
 #define PINHOLE_ERROR (PLACE_ERROR + 0.1)
 
 /*
- * With corners that all rays of the bundle see less than `size` aside, and rays that are less than that
- * aside of the middle one, an edge's value is off by 4 PINHOLE_ERROR size and the square of that error
- * twice because of the places. Roundings are, in units of v size^2, of a product and of the difference:
+ * Error of an edge's value, if for all rays of the bundle the vertices are less than `size` aside, and the
+ * rays themselves are less than that from the middle one. The places contribute 4 PINHOLE_ERROR size, and
+ * twice the square of that error. Roundings are, in units of v size^2, of a product and of the difference:
  *
  *  - 1 + 2 in the first bracket; 1.5 + 3 in each other one, as depths are at most 3/2, times X or Y;
- *  - 2 in each sum of brackets: whatever is added first, it is the value for another ray of the
- *    window, whose corners are less than `size` aside as well, and no more than 2 size^2. A ray's
- *    value takes two such sums, the largest in a window four.
+ *  - 2 in each sum of brackets: whatever is added first, it is the value for another ray of the window, whose
+ *    vertices are less than `size` aside as well, and at most 2 size^2. A ray's value takes two such sums, the
+ *    largest in a window four.
  *
- * Together 3 + 2 4.5 + 4 2 = 20. Where all products are rounded, that is 1 + 2 1.5 in the brackets, and
- * 3 + 3 of the others with X and Y, which are both parts of a window at most: 30. The square takes 4
- * of the tenth of PINHOLE_ERROR size, of which there are 7.5 with the least size. The size of a triangle's
- * own corners makes for small triangles of a leaf a tenth of what that of the leaf would.
+ * Together 3 + 2 4.5 + 4 2 = 20. If all products are rounded, that adds 1 + 2 1.5 in the brackets, and 3 + 3 in
+ * the products of the others with X and Y, of which a window has two parts each: 30. The square takes 4 of the
+ * tenth of PINHOLE_ERROR size, of which there are 7.5 with the least size. For small triangles of a leaf, the
+ * size of their own vertices gives a tenth of the bound that the leaf's would.
  */
 #define PINHOLE_SIZE_MIN 64
 
@@ -116,14 +116,15 @@ static INLINED struct floats pinhole_edge_error(struct floats size)
     return floats_mul(floats_add(share, floats_of((float)(4.1 * PINHOLE_ERROR))), size);
 }
 
-/* A leaf as it is seen through the pinhole. */
+/* A leaf relative to the common origin. */
 struct pinhole_leaf {
     struct floats base_x, base_y, depth, inverse_depth; /* X, Y and Z of worker/rough_triangles.h */
-    struct floats aside; /* by how much more than the middle ray others see a corner aside */
+    /* How much farther aside a vertex may be for other rays than for the middle one. */
+    struct floats aside;
     double base_z, unit;
 };
 
-/* false: rays are to be tested on their own. */
+/* Sets up a leaf; false: rays must be tested singly. */
 static INLINED bool pinhole_leaf_of(const struct pinhole *eye, const unsigned axes[3],
                                     const struct bvh_corners *corners, struct pinhole_leaf *leaf)
 {
@@ -146,7 +147,7 @@ static INLINED bool pinhole_leaf_of(const struct pinhole *eye, const unsigned ax
     return ahead && aside < ASIDE_MAX;
 }
 
-/* The value of an edge of each of LANES triangles: at + X x + Y y. */
+/* The value of an edge, for each of LANES triangles: at + X x + Y y. */
 struct pinhole_edge {
     struct floats at, x, y;
 };
@@ -163,13 +164,13 @@ static INLINED struct pinhole_edge pinhole_edge(const struct pinhole_corner *p,
                                  floats_mul_sub(p->z, q->x, floats_mul(p->x, q->z))};
 }
 
-/* LANES triangles. What is inside has positive values of all edges, where the side that is seen is
- * certainly the same for all rays. */
+/* LANES triangles. A ray inside a triangle has positive values for all edges, if all rays certainly see the
+ * same side. */
 struct pinhole_triangles {
     lane_set sided;
     struct pinhole_edge edges[3];
-    struct floats error;       /* of the values */
-    struct floats z[3], range; /* places of the corners in depth; between what they are */
+    struct floats error;       /* error of the values */
+    struct floats z[3], range; /* depths of the vertices, as places; their range */
 };
 
 static INLINED struct floats most_of_edge(const struct pinhole_edge *edge,
@@ -181,7 +182,7 @@ static INLINED struct floats most_of_edge(const struct pinhole_edge *edge,
                           floats_mul_add(floats_abs(edge->y), window->wide_y, middle));
 }
 
-/* Of the triangles that have a side those that some ray of the window may cross, and all others. */
+/* The triangles that some ray of the window may cross, including all whose side is uncertain. */
 static INLINED lane_set in_window(const struct pinhole_triangles *seen, const struct window *window)
 {
     struct floats least = most_of_edge(&seen->edges[0], window);
@@ -195,8 +196,10 @@ static INLINED struct floats sum_of_three(struct floats a, struct floats b, stru
     return floats_add(floats_add(a, b), c);
 }
 
-/* Turns the triangles to the side that all rays of the window see: by the sum of the edges' values,
- * which errs by three errors. */
+/*
+ * Orients the triangles towards the side that all rays of the window see, by the sign of the sum of the
+ * edges' values, which errs by three errors.
+ */
 static INLINED void take_sides(struct pinhole_triangles *seen, const struct window *window)
 {
     struct pinhole_edge *edges = seen->edges;
@@ -215,7 +218,7 @@ static INLINED void take_sides(struct pinhole_triangles *seen, const struct wind
     }
 }
 
-/* LANES of a leaf's triangles from `first` on; returns those that some ray may cross. */
+/* Sets up LANES of a leaf's triangles; returns those that some ray may cross. */
 static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
                                           const struct pinhole_leaf *leaf,
                                           const struct rough_places *places,
@@ -247,7 +250,7 @@ static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
     return in_window(seen, &all);
 }
 
-/* Rays in front of a leaf: (X, Y) and the window that they are in. */
+/* Rays at a leaf: (X, Y) and their window. */
 static INLINED struct pinhole_rays rays_at_leaf(const struct pinhole_rays *rays,
                                                 const struct pinhole_leaf *leaf)
 {
@@ -269,9 +272,9 @@ static INLINED struct floats edge_at(const struct pinhole_edge *edge, unsigned i
 }
 
 /*
- * Triangle i: the rays that certainly cross it, and between what distances; *open: those that may.
- * As in rough_distances() the whole doubt is that of the weights and one place, which takes the nine
- * roundings of the mean, too, seven where products are not rounded: 2^16 v each, less than 2^-4.
+ * The rays that certainly cross triangle i, and bounds on their distances; *open: rays that may cross it. As
+ * in rough_distances(), the error is that of the weights and one place. That place also covers the nine
+ * roundings of the mean, seven if products are not rounded: 2^16 v each, less than 2^-4.
  */
 static INLINED struct rough_crossings
 pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,

@@ -218,8 +218,7 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
 /*
  * The most groups of bounded primitives of each kind. Surfaces that pass nothing on have a known brightness
  * and end a ray. For those that lose nothing, knowing whether they can be hit is worth most. With one group
- * for the unbounded primitives of each kind, the total is RADIANCE_GROUPS. ------ the most that any ---- the
- * bound R of any ray ----
+ * for the unbounded primitives of each kind, the total is RADIANCE_GROUPS.
  */
 static const uint32_t groups_of[PASSINGS] = {
     [PASSES_NOTHING] = 1, [PASSES_LESS] = 3, [PASSES_ALL] = RADIANCE_GROUPS - PASSINGS - 4};
@@ -240,7 +239,7 @@ static void find_groups(struct radiance *radiance)
     }
 }
 
-/* ---- the most that any ray can bring ---- */
+/* ---- R, the bound on what any ray can bring ---- */
 
 /*
  * If a bound over all levels exceeds this many times that of a single level, it does not help to tell which

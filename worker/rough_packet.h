@@ -1,11 +1,11 @@
-/* worker/rough_triangles.h for a packet of rays and one triangle after the other. */
+/* The tests of worker/rough_triangles.h for a packet of rays and one triangle at a time. */
 #ifndef FARM_WORKER_ROUGH_PACKET_H
 #define FARM_WORKER_ROUGH_PACKET_H
 
 #include "worker/packet_triangle.h"
 #include "worker/rough_triangles.h"
 
-/* A leaf as the rays see it: X, Y and Z. */
+/* A leaf relative to the rays: X, Y and Z. */
 struct rough_leaf {
     struct floats base_x, base_y;
     struct lanes base_z;
@@ -21,9 +21,9 @@ static INLINED struct lanes rough_way(const struct packet *packet,
 }
 
 /*
- * Returns the rays that nothing can be told of, for which the errors are greater. Base and centre,
- * which are both less than 2^40 units, are added up here before the origin is subtracted: that is no
- * more rounding than for a single ray.
+ * Sets up a leaf; returns the rays for which the errors would be larger than assumed, so that nothing can be
+ * decided. Base and centre, both less than 2^40 units, are added here before the origin is subtracted; that
+ * is no more rounding than for a single ray.
  */
 static INLINED lane_set rough_leaf_of(const struct packet *packet,
                                       const struct bvh_corners *corners, struct rough_leaf *leaf)
@@ -45,7 +45,7 @@ static INLINED lane_set rough_leaf_of(const struct packet *packet,
     return ALL_LANES & ~within;
 }
 
-/* Corner k of LANES triangles: x, y and z in at[0][k], at[1][k] and at[2][k]. */
+/* Vertex k of LANES triangles: x, y and z in at[0][k], at[1][k] and at[2][k]. */
 struct rough_places {
     struct floats at[3][3];
 };
@@ -65,7 +65,7 @@ static INLINED struct rough_places rough_places(const struct packet *packet,
     return places;
 }
 
-/* A triangle as the rays see it; nothing is told of those that are beyond. */
+/* A triangle relative to the rays; not valid for those that rough_leaf_of() returned. */
 struct rough_view {
     struct rough_corners corner[3];
     struct rough_sets sets;
@@ -92,9 +92,9 @@ static INLINED struct rough_view rough_view(const struct packet *packet,
 }
 
 /*
- * packet_distances() of the rays that certainly cross the triangle. The edges' values are off by
- * what is told each; places by a half; and all other roundings, of double, are less than 64
- * UNIT_ROUNDOFF of AHEAD_MAX: together less than one place.
+ * packet_distances() for the rays that certainly cross the triangle. The edges' values have the error in
+ * sets; places err by a half, and all other roundings, in double, are less than 64 UNIT_ROUNDOFF of
+ * AHEAD_MAX: together less than one place.
  */
 static INLINED void rough_distances(const struct packet *packet, const struct rough_leaf *leaf,
                                     const struct rough_view *view, struct lanes *from,
@@ -114,13 +114,13 @@ static INLINED void rough_distances(const struct packet *packet, const struct ro
     *to = lanes_add(t, doubt);
 }
 
-/* Rays that may cross a triangle; the certain ones do so between from and to. */
+/* Rays that may cross a triangle; those that certainly do cross it between from and to. */
 struct rough_crossings {
     lane_set maybe, certain;
     struct lanes from, to;
 };
 
-/* By the filter of double. */
+/* The same by the filter in double. */
 static SHARED struct rough_crossings crossings_in_double(const struct packet *packet,
                                                          const struct scene *scene, uint32_t id,
                                                          lane_set rays)
@@ -131,11 +131,11 @@ static SHARED struct rough_crossings crossings_in_double(const struct packet *pa
     return found;
 }
 
-/* Of a triangle that some rays may cross; returns the rays that look for more. */
+/* Called for a triangle that some rays may cross; returns the rays that continue. */
 typedef lane_set visit_triangle(void *context, const struct bvh_leaf *leaf,
                                 const struct rough_crossings *found);
 
-/* Triangle i of a leaf's LANES: the rays that certainly cross it; *open: those that may. */
+/* Tests triangle i of LANES: returns the rays that certainly cross it; *open: rays that may. */
 static INLINED struct rough_crossings crossings_in_float(const struct packet *packet,
                                                          const struct rough_leaf *leaf,
                                                          const struct rough_places *places,
@@ -149,7 +149,7 @@ static INLINED struct rough_crossings crossings_in_float(const struct packet *pa
     return found;
 }
 
-/* The triangles of a leaf with `count` entries: in float, and in double what is open then. */
+/* Tests the triangles of a leaf with `count` entries: in float, and in double where that is undecided. */
 static INLINED void packet_triangles(const struct packet *packet, const struct scene *scene,
                                      const struct bvh_leaf *leaves, uint32_t count,
                                      uint32_t triangles, lane_set rays, visit_triangle *visit,

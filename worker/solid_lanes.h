@@ -1,14 +1,15 @@
 /*
- * A ray and a sphere, cylinder, cone or frustum, in plain arithmetic, eight pairs of them or one: between which
- * distances the ray comes in and goes out, or that it does not; and between which it crosses a plane. Where rounding
- * leaves that open, and for the distances themselves, worker/sphere.h, cone.h and planar.h are asked. Eight rays of a
- * packet meet one solid; the few solids of a leaf are told one by one to a ray on its own, as what is missed is told
- * before any root.
+ * Intersection of a ray with a sphere, cylinder, cone or frustum in plain arithmetic, for eight pairs or for
+ * one: the intervals of distances in which the ray enters and leaves the solid, or that it misses it; and the
+ * interval in which it crosses a plane. Where rounding leaves that undecided, and for the distances
+ * themselves, worker/sphere.h, cone.h and planar.h are used. For a packet, eight rays are tested with one
+ * solid. For a single ray, the few solids of a leaf are tested one by one, since a miss is found before any
+ * root is computed.
  *
- * Both kinds of solids look at the line from its point closest to the solid, o + t0 d, where t0 is a double like any
- * other and not rounded any more: what is left to be computed is of the size of the solid.
- * L, in the code `reach`, is the sum of absolute values of f = o - c (o - base) and the solid's own
- * lengths, and so not less than any of the vectors below.
+ * For both kinds of solids the line is parametrised from its point closest to the solid, o + t0 d. t0 is an
+ * ordinary double and is not rounded any further, so all that is left to be computed is of the size of the
+ * solid. L, in the code `reach`, is the sum of absolute values of f = o - c (o - base) and the solid's own
+ * lengths, and so at least as long as any of the vectors below.
  */
 #ifndef FARM_WORKER_SOLID_LANES_H
 #define FARM_WORKER_SOLID_LANES_H
@@ -83,7 +84,7 @@ static INLINED struct ray_lanes rays_in_lanes(const struct lanes o[3], const str
 
 /* ---- what there is in a scene ---- */
 
-/* Eight times the same. */
+/* The same solid in all lanes. */
 static INLINED struct sphere_lanes sphere_in_lanes(const struct scene *scene, uint32_t id)
 {
     const struct sphere *it = &scene_spheres(scene)[primitive_index(id)];
@@ -97,15 +98,17 @@ static INLINED struct cone_lanes cone_in_lanes(const struct scene *scene, uint32
                                lanes_of(it->apex_radius)};
 }
 
-/* Whether it is a solid of the kinds above, seen from both sides: whose spans may be told. */
+/* Whether it is a solid of these kinds, visible from both sides, whose spans may be used. */
 static inline bool is_told_solid(const struct scene *scene, uint32_t id)
 {
     if (primitive_kind(id) == PRIMITIVE_CONE) return scene_cones(scene)[primitive_index(id)].capped;
     return !scene_spheres(scene)[primitive_index(id)].inside_only;
 }
 
-/* The same of a ray that meets it at `from` or later: close to its start it may have passed a surface that lies in the
- * one that it starts on. */
+/*
+ * The same for a ray that meets it at `from` or later: close to its start it may have passed a surface that
+ * lies in the one it starts on.
+ */
 static inline bool is_told_ahead(const struct scene *scene, uint32_t id, const struct ray *ray,
                                  double from)
 {
@@ -117,7 +120,7 @@ static inline bool has_spans(uint32_t id)
     return primitive_kind(id) == PRIMITIVE_SPHERE || primitive_kind(id) == PRIMITIVE_CONE;
 }
 
-/* One solid and one ray. */
+/* The spans of one solid and one ray. */
 static INLINED struct spans_one spans_of_one(const struct scene *scene, uint32_t id,
                                              const struct ray_one *ray)
 {
@@ -131,7 +134,7 @@ static INLINED struct spans_one spans_of_one(const struct scene *scene, uint32_t
     return sphere_spans_one(&sphere, ray);
 }
 
-/* One of them and eight rays. */
+/* The spans of one solid and eight rays. */
 static INLINED struct spans_lanes spans_of_rays(const struct scene *scene, uint32_t id,
                                                 const struct ray_lanes *rays)
 {

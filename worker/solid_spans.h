@@ -1,12 +1,12 @@
 /*
- * The arithmetic of worker/solid_lanes.h, which includes this twice: for eight pairs of a ray and a
- * solid, and for one. NUMBER and VECTOR are what it is done in, OP() and OP3() the operations on
- * them; OF() makes names, and ALL is the set of all pairs. They are undefined at the end.
+ * The arithmetic of worker/solid_lanes.h, which includes this file twice: for eight pairs of a ray and a
+ * solid, and for one pair. NUMBER and VECTOR are the types, OP() and OP3() the operations on them, OF() makes
+ * names, and ALL is the set of all pairs. They are undefined at the end.
  */
 
 struct OF(ray) {
     VECTOR o, d;
-    NUMBER speed;    /* sum of absolute values: |d| at least */
+    NUMBER speed;    /* sum of absolute values: at least |d| */
     NUMBER inverse2; /* 1 / d.d */
 };
 
@@ -21,20 +21,19 @@ struct OF(cone) {
 };
 
 /*
- * What is known of the line's passage through the solid. Of one that is not missed, nothing is
- * before enter_low or behind leave_high; where that is told, the line certainly comes in between
- * the first two, which includes what rounding does to that distance, and goes out between the
- * others.
+ * What is known of the line's passage through the solid. If it is not missed, the line is in the solid only
+ * between enter_low and leave_high. If told, the line certainly enters between enter_low and enter_high and
+ * leaves between leave_low and leave_high; these intervals include the rounding of the distances.
  */
 struct OF(spans) {
     lane_set missed, told;
-    lane_set enter_side, leave_side; /* of those told: on a cone's side, or a sphere */
-    lane_set enter_cap, leave_cap;   /* on a cap; on which, follows from */
-    lane_set rising;                 /* whether the ray goes from the base to the apex */
+    lane_set enter_side, leave_side; /* if told: through a cone's side, or a sphere */
+    lane_set enter_cap, leave_cap;   /* if told: through a cap; `rising` tells which */
+    lane_set rising;                 /* the ray goes from the base towards the apex */
     NUMBER enter_low, enter_high, leave_low, leave_high;
 };
 
-/* Products of four lengths, directions and their errors are in range. */
+/* Whether products of four lengths, directions and their errors are in range. */
 static INLINED lane_set OF(are_ordinary)(NUMBER largest, NUMBER smallest)
 {
     return OP(less)(largest, OP(of)(0x1p200)) & OP(less)(OP(of)(0x1p-200), smallest);
@@ -62,11 +61,11 @@ static INLINED NUMBER OP(times)(double factor, NUMBER a)
 }
 
 /*
- * l = f + t0 d errs by 3 u L (f by u of itself, the sum by u of its own), and t0 differs from the
- * closest approach by 9 u L / |d|: the distance |l| from the line to the centre by less than 13 u L,
- * less than half of E = 32 u L. So r^2 - l.l errs, where it is positive, by less than 2 (r + E) E,
- * with its own roundings; its root h, divided by |d|, by that over 2 h; t0 by E / 2 |d|, with the
- * roundings of t0 +- h.
+ * l = f + t0 d errs by 3 u L (f by u of itself, the sum by u of its own), and t0 differs from the closest
+ * approach by 9 u L / |d|. So the distance |l| from the line to the centre errs by less than 13 u L, less
+ * than half of E = 32 u L. Then r^2 - l.l, if positive, errs by less than 2 (r + E) E, with its own
+ * roundings; its root h, divided by |d|, by that over 2 h; and t0 by E / 2 |d|, with the roundings of t0 +-
+ * h.
  */
 #define SPHERE_SPAN_ERROR (32 * UNIT_ROUNDOFF)
 
@@ -86,7 +85,7 @@ static INLINED struct OF(spans)
     struct OF(spans) spans = {.missed = ordinary & OP(less)(OP(square)(outer), ll)};
     if (spans.missed == ALL) return spans;
     NUMBER half = OP(sqrt)(OP(mul)(square, ray->inverse2));
-    NUMBER per_speed = OP(mul)(ray->speed, ray->inverse2); /* 1 / |d| at least */
+    NUMBER per_speed = OP(mul)(ray->speed, ray->inverse2); /* at least 1 / |d| */
     NUMBER slack = OP(div)(OP(mul)(square_error, ray->inverse2), half);
     slack = OP(fma)(error, per_speed, slack);
     NUMBER whole = OP(mul)(OP(add)(outer, error), per_speed);
@@ -102,23 +101,23 @@ static INLINED struct OF(spans)
 }
 
 /*
- * The cone as in worker/cone.h, with its axis w as the unit of heights: a point p is at s = p.w / W,
- * and p - s w away from the axis. At g = f + t0 d and along d these are s_g, s_d, P = g - s_g w, Q =
- * d - s_d w, the radii rho_g = r0 + (r1 - r0) s_g and rho_d = (r1 - r0) s_d; the line is inside while
+ * The cone as in worker/cone.h, with its axis w as the unit of height: a point p is at height s = p.w / W,
+ * and at p - s w from the axis. For g = f + t0 d and for d these are s_g, s_d, P = g - s_g w, Q = d - s_d w;
+ * the radii are rho_g = r0 + (r1 - r0) s_g and rho_d = (r1 - r0) s_d. The line is inside while
  *
  *   A x^2 - 2 B x + C <= 0,   A = Q.Q - rho_d^2,  B = rho_g rho_d - P.Q,  C = P.P - rho_g^2
  *
- * and between the caps at x = -g.w / d.w and (W - g.w) / d.w, x being counted from t0.
+ * and between the caps at x = -g.w / d.w and (W - g.w) / d.w, where x is counted from t0.
  *
- * Let k = R / |w| with the larger radius R, and K2 = 2 (1 + k^2) >= (1 + k)^2. g errs by 4 u L, s_g
- * by 16 u L / |w| and s_d by 12 u |d| / |w|; P by 24 u L, Q by 16 u |d|, rho_g by 20 u (1 + k) L,
- * rho_d by 16 u k |d|; these are at most L, |d|, (1 + k) L and k |d|. So A, B and C err by less
- * than E |d|^2, E L |d| and E L^2, E = 64 u K2, with their own roundings; each of them is at most
- * E / (64 u) times the same. B^2 - A C then errs by less than 8 K2 E (L |d|)^2.
+ * Let k = R / |w| with the larger radius R, and K2 = 2 (1 + k^2) >= (1 + k)^2. g errs by 4 u L, s_g by 16 u L
+ * / |w| and s_d by 12 u |d| / |w|; P by 24 u L, Q by 16 u |d|, rho_g by 20 u (1 + k) L, rho_d by 16 u k |d|;
+ * these are at most L, |d|, (1 + k) L and k |d|. So A, B and C err by less than E |d|^2, E L |d| and E L^2,
+ * with E = 64 u K2, own roundings included; each of them is at most E / (64 u) times the same. B^2 - A C then
+ * errs by less than 8 K2 E (L |d|)^2.
  */
 #define CONE_SPAN_ERROR (64 * UNIT_ROUNDOFF)
 
-/* An interval of x whose ends are told up to an error; open is infinite. */
+/* An interval of x with an error of its ends; an unbounded one is infinite. */
 struct OF(part) {
     lane_set told;
     NUMBER low, high, error;
@@ -148,8 +147,8 @@ static INLINED struct OF(cone_line)
 }
 
 /*
- * Between the caps: g.w and W err by 16 u L |w|, d.w by 6 u |d| |w|. Nothing is told of a ray that
- * runs across the axis but for rounding.
+ * The part between the caps: g.w and W err by 16 u L |w|, d.w by 6 u |d| |w|. Undecided for a ray orthogonal
+ * to the axis up to rounding.
  */
 static INLINED struct OF(part)
     OF(slab_span)(const struct OF(cone_line) * line, const struct OF(ray) * ray)
@@ -166,11 +165,11 @@ static INLINED struct OF(part)
 }
 
 /*
- * Inside of the side, whose A is certainly positive: then the line meets one nappe alone, and if
- * that is the other one, the caps' planes leave nothing of it. The root of the discriminant D errs
- * by its error over its root if D is more than 4 times that error; a quotient N / A by (error of N
- * + |N| error of A / A) / A but for terms of second order. *missed: it has no roots; nothing else
- * is told where that is so for all of them.
+ * The part inside the side, if A is certainly positive. The line then meets only one nappe, and if that is
+ * the wrong one, the planes of the caps leave nothing of it. The root of the discriminant D errs by its error
+ * over its root, if D is more than 4 times that error; a quotient N / A by (error of N + |N| error of A / A)
+ * / A, except for terms of second order. *missed: there are no roots; if so for all pairs, nothing else is
+ * set.
  */
 static INLINED struct OF(part)
     OF(side_span)(const struct OF(cone) * cone, const struct OF(cone_line) * line,
@@ -209,8 +208,10 @@ static INLINED struct OF(part)
                              OP(mul)(OP(add)(B, root), inverse_A), slack};
 }
 
-/* Of a cone with caps; of an open one nothing else is true but what is missed, and that nothing is
- * before enter_low or behind leave_high. */
+/*
+ * The spans of a capped cone. For an open one only `missed` is valid, and that the line is in it only between
+ * enter_low and leave_high.
+ */
 static INLINED struct OF(spans)
     OF(cone_spans)(const struct OF(cone) * cone, const struct OF(ray) * ray)
 {
@@ -245,9 +246,9 @@ static INLINED struct OF(spans)
 }
 
 /*
- * Where the line crosses a plane: between `from` and `to`, if that is told. f = point - o errs by u of itself, n.f by
- * 4.1 u |f| and n.d by 3 u |d|, as n is unit; where n.d is more than 2^14 u |d| their quotient t errs by less than
- * 8 u (|f| + |t d|) / n.d, with its own rounding. Sums of absolute values are bounds of the lengths.
+ * The interval in which the line crosses a plane, if told. f = point - o errs by u of itself, n.f by 4.1 u
+ * |f| and n.d by 3 u |d|, as n is unit. If n.d is more than 2^14 u |d|, their quotient t errs by less than 8
+ * u (|f| + |t d|) / n.d, its own rounding included. Sums of absolute values are bounds on the lengths.
  */
 #define PLANE_SPAN_ERROR (16 * UNIT_ROUNDOFF)
 
@@ -268,22 +269,23 @@ static INLINED struct OF(plane_span)
     return (struct OF(plane_span)){told, OP(sub)(t, error), OP(add)(t, error)};
 }
 
-/* ---- what of it counts ---- */
+/* ---- the crossings that count ---- */
 
-/* Where a ray meets the solid first, ahead of its origin, if that is told. */
+/* The first crossing of the solid ahead of the ray's origin, if told. */
 struct OF(first_crossing) {
     lane_set told;
-    lane_set on_side, on_base, on_apex; /* of those told: certainly on this part, or on a sphere */
+    /* If told: certainly on this part (on_side also for a sphere). */
+    lane_set on_side, on_base, on_apex;
     NUMBER from, to;
 };
 
-/* Those of which the part is told. */
+/* Pairs whose part is known. */
 static INLINED lane_set OF(is_on_part)(const struct OF(first_crossing) * first)
 {
     return first->on_side | first->on_base | first->on_apex;
 }
 
-/* The part of one of those. */
+/* The part of one of these pairs. */
 static INLINED uint32_t OF(part_at)(const struct OF(first_crossing) * first, unsigned i)
 {
     if (first->on_base >> i & 1) return CONE_BASE_CAP;
@@ -306,7 +308,7 @@ static INLINED struct OF(first_crossing) OF(first_crossing)(const struct OF(span
     };
 }
 
-/* The rays that certainly cross the surface once, and twice, between 0 and t_max. */
+/* The pairs that certainly cross the surface once, and twice, between 0 and t_max. */
 struct OF(crossing_sets) {
     lane_set once, twice;
 };
@@ -323,7 +325,7 @@ static INLINED struct OF(crossing_sets)
                                       spans->told & outside & through};
 }
 
-/* The pairs of which something may be at 0 <= t <= limit. */
+/* The pairs that may meet within 0 <= t <= limit. */
 static INLINED lane_set OF(may_be_crossed)(const struct OF(spans) * spans, NUMBER limit)
 {
     return ALL & ~(spans->missed | OP(less)(spans->leave_high, OP(of)(0)) |
