@@ -165,7 +165,7 @@ static const char *table_error(const struct scene *scene)
     return NULL;
 }
 
-/* The corners' indices are in range. */
+/* Whether all edges are finite; the vertex indices must be valid. */
 static bool corners_near(const struct scene *scene, const uint32_t corners[3])
 {
     const struct vec3 *vertices = scene_vertices(scene);

@@ -24,9 +24,10 @@ struct omission {
 };
 
 /*
- * The most pending rays, here and in a tree. Where no light is lost there are more of them below max_depth
- * than fit into memory: 2^max_depth. If there are too many, the OMISSION_KEPT most important ones are kept,
- * of which omission_next() examines far fewer, and of the others only the sum of their bounds.
+ * The most pending rays, not counting those taken over from a tree. Where no light is lost there are more of
+ * them below max_depth than fit into memory: 2^max_depth. If there are too many, the OMISSION_KEPT most
+ * important ones are kept, of which omission_next() examines far fewer, and of the others only the sum of
+ * their bounds.
  */
 #define OMISSION_MAX  1024
 #define OMISSION_KEPT 256

@@ -22,7 +22,7 @@ struct points {
     lane_row t, u, v; /* of the hit */
     lane_row radius;  /* radius of a sphere */
     /* 1: a sphere is visible from inside only; or a ray starts on the cone that it hits; or a cap is that of
-     * the apex */
+     * the apex. */
     lane_row special;
     lane_row sure; /* 1 or 0 */
 };

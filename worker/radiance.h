@@ -4,9 +4,9 @@
  *
  * The scene's surfaces are divided into a few groups, each with a box around it. Two quantities are bounded
  * for each group, per component of colour: `shown`, what lights and ambient make of its surfaces, and
- * `passed`, the share of reflected and refracted rays that they pass on. A ray is then at most as bright as
- * the background in its direction, and as shown + passed R of the groups whose boxes it meets. R bounds what
- * any ray can bring; it is the fixed point of
+ * `passed`, the share of reflected and refracted rays that they pass on. The brightness of a ray is then at
+ * most the largest of the background in its direction and shown + passed R of the groups whose boxes it
+ * meets. R bounds what any ray can bring; it is the fixed point of
  *
  *   R = max(background, max over groups (shown + passed R))
  *

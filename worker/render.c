@@ -337,7 +337,7 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
-/* The most stacks of media kept from earlier tasks; they only save time. */
+/* The most stacks of media that are kept for later tasks; they only save time. */
 #define MEDIA_KEPT 65536u
 
 static void begin_task(struct renderer *renderer, const struct task *task)
