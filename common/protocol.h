@@ -169,7 +169,7 @@ struct result_header {
     uint32_t pixels; /* number of pixels that follow, or RESULT_DROPPED, or RESULT_UNFINISHED */
     double start_s;  /* when the tile was begun, seconds since the start of the render phase */
     double busy_s;   /* wall seconds it took to render */
-    double cpu_s;    /* CPU seconds of that, measured by common/cpu_time.h */
+    double cpu_s;    /* CPU seconds that it took, measured by common/cpu_time.h */
     struct render_counts counts;
 };
 
@@ -236,8 +236,8 @@ struct pixel_floats {
 };
 
 /*
- * The arrays as they are laid out in messages, for so many pixels: all means, then all differences and so on.
- * If not refined: means alone.
+ * The arrays as they are laid out in messages, for this number of pixels: all means, then all differences and
+ * so on. If not refined: means alone.
  */
 static inline struct pixel_floats pixel_floats(float *floats, size_t pixels, bool refined)
 {
@@ -255,8 +255,10 @@ static inline size_t result_floats(const struct tile *tile, bool halves)
     return tile->pass == TILE_PROBE ? 4 : halves ? REFINED_FLOATS : 3;
 }
 
-/* Bytes of a tile's part of a RESULT message, with so many pixels: a multiple of 8, so that the next part is
- * aligned. */
+/*
+ * Bytes of a tile's part of a RESULT message with this number of pixels: a multiple of 8, so that the next
+ * part is aligned.
+ */
 static inline size_t result_bytes(const struct tile *tile, uint32_t pixels, bool halves)
 {
     size_t bytes = pixels * result_floats(tile, halves) * sizeof(float);
@@ -269,7 +271,7 @@ static inline bool tile_is_refined(const struct tile *tile)
     return tile->pass != 0 && tile->pass != TILE_PROBE;
 }
 
-/* Bytes of so many floats in a TILES message, padded to a multiple of 8. */
+/* Bytes of `tells` floats in a TILES message, padded to a multiple of 8. */
 static inline size_t lot_tells_bytes(uint32_t tells)
 {
     return round_up_to(tells * sizeof(float), 8);
@@ -328,8 +330,8 @@ void error_sum_add(struct error_sum *sum, const struct error_sum *more);
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
 /*
- * Adds what the header of a tile tells, be it finished or dropped. cpu_s counts tiles alone until the
- * renderer's last message replaces it by the time of all it has done.
+ * Adds the header of a tile, be it finished or dropped. cpu_s counts tiles alone until the renderer's last
+ * message replaces it by the time of all it has done.
  */
 void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
                         const struct result_header *header);
@@ -350,7 +352,7 @@ bool render_counts_valid(const struct render_counts *counts);
 bool dropped_valid(const struct result_header *header);
 bool unfinished_valid(const struct result_header *header);
 
-/* Whether a READY message of so many bytes from rank, or a START message, is valid. */
+/* Whether a READY message of this size from rank, or a START message of this size, is valid. */
 bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
 bool start_message_valid(const struct start *start, size_t bytes);
 
@@ -358,7 +360,7 @@ bool start_message_valid(const struct start *start, size_t bytes);
 bool lot_header_valid(const struct lot_header *header);
 bool lot_tells_valid(const float *tells, uint32_t count);
 
-/* Whether a DROP message of so many bytes is valid. */
+/* Whether a DROP message of this size is valid. */
 bool drop_message_valid(const struct drop *drops, size_t bytes);
 
 /* Whether a tile in a TILES message is valid, for a region of width x height pixels. */
@@ -368,13 +370,13 @@ bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height
 bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last);
 
 /*
- * Whether the part of a RESULT message that begins with header, with so many bytes or more, is valid for
- * tile, whose id the header names. halves: sampling is adaptive.
+ * Whether a part of a RESULT message is valid for tile, whose id its header names. bytes: from the header to
+ * the end of the message. halves: sampling is adaptive.
  */
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves);
 
-/* Whether a STATS message of so many bytes from rank is valid. */
+/* Whether a STATS message of this size from rank is valid. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);
 
 /* Whether the welcome is valid and comes from the same build. */

@@ -48,8 +48,8 @@
 #define FLOAT_COMPONENT_MIN 0x1p-60
 
 /*
- * An origin farther from the tree's centre than this many times the tree's reach would make every box as
- * large as the last bits of the tree's; double has enough bits for it.
+ * For an origin farther from the tree's centre than this many times the tree's reach, rounding in float would
+ * enlarge every box by as much as the last bits of the tree's coordinates; double has more bits.
  */
 #define FLOAT_DISTANCE_MAX 64
 

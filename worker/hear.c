@@ -23,7 +23,7 @@ static void take_start(struct worker *worker, size_t bytes)
 }
 
 /*
- * Copies the next tile of a TILES message of which so many bytes are left, and its refinements to
+ * Copies the next tile of a TILES message, of which `bytes` bytes are left, and its refinements to
  * refinements[*refined]. Returns the length of the tile's part, 0 if it is not valid.
  */
 static size_t take_tile(const struct worker *worker, struct lot *lot, const char *part,
@@ -72,7 +72,7 @@ static uint64_t lot_pixels(const struct lot *lot)
 }
 
 /*
- * Takes a lot of so many bytes from a message or from the tray. Every part is copied before it is checked, so
+ * Takes a lot of this size from a message or from the tray. Every part is copied before it is checked, so
  * that what is checked is what is used.
  */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)

@@ -39,7 +39,7 @@ uint32_t media_count(const struct media *media);
 /* The indices of refraction on both sides when a ray crosses the surface of a primitive. */
 struct crossing_media {
     double from, to; /* indices of refraction */
-    uint32_t stack;  /* the stack behind the surface */
+    uint32_t stack;  /* the stack on the far side of the surface */
     /* It left a medium that it had not entered, or entered a solid that it is in. */
     bool unmatched;
 };

@@ -17,7 +17,7 @@ struct omission {
     /* Rays not traced: those below max_depth and, in the end, all that are left. */
     struct tree pending;
     struct vec3 found; /* upper bound on what the traced ones have found, except for rounding */
-    uint32_t terms;    /* terms of that sum */
+    uint32_t terms;    /* terms of the sum `found` */
     uint32_t rays;     /* rays traced for it */
     /* Sum of the bounds of the least important rays, which are no longer kept. */
     double folded;

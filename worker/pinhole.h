@@ -226,7 +226,7 @@ static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
 {
     struct pinhole_corner corner[3];
     struct floats sx = floats_of((float)eye->sx), sy = floats_of((float)eye->sy);
-    struct floats most = floats_of(0); /* aside */
+    struct floats most = floats_of(0); /* largest distance aside */
     UNROLLED
     for (unsigned k = 0; k < 3; k++) {
         struct floats z = places->at[2][k];

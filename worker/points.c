@@ -385,8 +385,8 @@ static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, st
 }
 
 /*
- * cone_point() and cone_normal() on a cap. The distance of the cap differs from that of the hit where the hit
- * cannot be told from the rim.
+ * cone_point() and cone_normal() on a cap. The distance of the cap differs from that of the hit if the hit is
+ * too close to the rim.
  */
 static inline void find_cap(struct points *points, uint32_t i)
 {

@@ -46,10 +46,10 @@ struct progress {
     struct task_cursor next; /* the next sample to start, in the order of block_place() */
     /* The current band (row of blocks), and the number of its first pixel. */
     uint32_t band, band_begin;
-    uint32_t place;          /* number in the tile of that sample's pixel */
-    uint32_t x, y;           /* position of that pixel in the whole picture */
+    uint32_t place;          /* the pixel of `next`: its number in the tile */
+    uint32_t x, y;           /* the same pixel's position in the whole picture */
     struct task_cursor adds; /* the next sample to be added to its pixel */
-    struct pixel_sum sum;    /* sums of that pixel */
+    struct pixel_sum sum;    /* sums over the samples of that pixel so far */
     /* Number of a pixel's first samples after which its error is recorded as well; 0: none. */
     uint32_t halfway;
 };
@@ -77,7 +77,7 @@ struct renderer {
     /* The current wave. Slot i traces branches[i] for path owner[i]. */
     uint32_t count;
     bool fresh; /* these are the first rays of samples */
-    /* The first sample's pixel has several samples in this task, as mostly all have. */
+    /* The first sample's pixel has several samples in this task; then nearly all pixels have. */
     bool dense;
     uint32_t bounding; /* the number of them that only serve the bound */
     uint32_t owner[WAVE];

@@ -23,7 +23,7 @@ static bool is_sent(MPI_Request *request)
     return sent;
 }
 
-/* A free send buffer with room for so many bytes; waits for one if need be. */
+/* A free send buffer with room for this many bytes; waits for one if need be. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
     double start = clock_wall();
@@ -84,7 +84,7 @@ bool all_is_sent(struct worker *worker)
     return is_sent(&worker->pong) && is_sent(&worker->telling) && is_sent(&worker->finished);
 }
 
-/* Sends so many finished bytes of a result that is still being filled. */
+/* Sends the next `bytes` finished bytes of a result that is still being filled. */
 static void send_finished(struct worker *worker, size_t bytes)
 {
     if (worker->told_room < bytes) {

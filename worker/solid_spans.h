@@ -22,13 +22,13 @@ struct OF(cone) {
 
 /*
  * What is known of the line's passage through the solid. If it is not missed, the line is in the solid only
- * between enter_low and leave_high. If told, the line certainly enters between enter_low and enter_high and
+ * between enter_low and leave_high. If `told`, the line certainly enters between enter_low and enter_high and
  * leaves between leave_low and leave_high; these intervals include the rounding of the distances.
  */
 struct OF(spans) {
     lane_set missed, told;
-    lane_set enter_side, leave_side; /* if told: through a cone's side, or a sphere */
-    lane_set enter_cap, leave_cap;   /* if told: through a cap; `rising` tells which */
+    lane_set enter_side, leave_side; /* if `told`: through a cone's side, or a sphere */
+    lane_set enter_cap, leave_cap;   /* if `told`: through a cap; `rising` tells which */
     lane_set rising;                 /* the ray goes from the base towards the apex */
     NUMBER enter_low, enter_high, leave_low, leave_high;
 };
@@ -117,7 +117,7 @@ static INLINED struct OF(spans)
  */
 #define CONE_SPAN_ERROR (64 * UNIT_ROUNDOFF)
 
-/* An interval of x with an error of its ends; an unbounded one is infinite. */
+/* An interval of x with an error of its ends, if `told`; an unbounded one is infinite. */
 struct OF(part) {
     lane_set told;
     NUMBER low, high, error;
@@ -271,10 +271,10 @@ static INLINED struct OF(plane_span)
 
 /* ---- the crossings that count ---- */
 
-/* The first crossing of the solid ahead of the ray's origin, if told. */
+/* The first crossing of the solid ahead of the ray's origin, if `told`. */
 struct OF(first_crossing) {
     lane_set told;
-    /* If told: certainly on this part (on_side also for a sphere). */
+    /* If `told`: certainly on this part (on_side also for a sphere). */
     lane_set on_side, on_base, on_apex;
     NUMBER from, to;
 };

@@ -112,7 +112,7 @@ void hear_all(struct worker *worker);
 
 /*
  * Sets worker->result to the next slot of the tray, if it is empty, or else to a free send buffer, with room
- * for so many bytes; waits until a buffer is free.
+ * for this many bytes; waits until a buffer is free.
  */
 void begin_result(struct worker *worker, size_t bytes);
 
