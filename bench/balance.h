@@ -1,4 +1,4 @@
-/* make bench-balance: what its sections share. */
+/* What the sections of `make bench-balance` share. */
 #ifndef FARM_BENCH_BALANCE_H
 #define FARM_BENCH_BALANCE_H
 
@@ -8,54 +8,55 @@
 #include "bench/balance_costs.h"
 #include "bench/balance_sim.h"
 
-/* Where everything is put: bench/out/balance.md, bench/out/balance_*.csv and .svg. */
+/* Folder of all results: bench/out/balance.md, bench/out/balance_*.csv and .svg. */
 #define OUT_FOLDER "bench/out"
 
-/* What is kept from one call to the next, so that sections can be run apart. */
+/* Folder of what is kept from one call to the next, so that sections can be run separately. */
 #define KEPT_FOLDER "build/bench/balance.out"
 
-/* The paper's machine and its pictures. */
+/* The machine and the picture size of the paper. */
 #define PAPER_PROCESSORS 44
 #define PAPER_WIDTH      640u
 #define PAPER_HEIGHT     480u
 
 struct bench_scene {
     const char *name, *config;
-    double paper_speedup; /* of the strips on 44 processors; also which of its pictures it is */
+    /* The paper's, of strips on 44 processors; it also tells which of the paper's pictures this is. */
+    double paper_speedup;
 };
 
 #define SCENES 2
 extern const struct bench_scene bench_scenes[SCENES];
 
-/* ---- numbers that are kept: bench/balance_values.c ---- */
+/* ---- named numbers that are kept between calls: bench/balance_values.c ---- */
 
-/* Name and value; a name is made as by printf. */
+/* Sets a number; its name is formatted as by printf. */
 void value_set(double value, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* NAN when it was never set. */
+/* Gets a number; NAN when it was never set. */
 double value_get(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void values_read(void);
 void values_write(void);
 
 /* ---- files: bench/balance_files.c ---- */
 
-/* For writing, in OUT_FOLDER; ends the program when that fails. */
+/* Opens a file in OUT_FOLDER for writing; ends the program when that fails. */
 FILE *open_out(const char *name);
 /* Runs gnuplot over a script that was written to OUT_FOLDER. */
 void plot(const char *script);
-/* The kept cost map of a scene; measures it first when there is none that is newer than
- * scene, meshes and program. */
+/* The kept cost map of a scene; it is measured first if there is none that is newer than scene, meshes and
+ * program. */
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
                                     uint32_t height, uint32_t samples);
-/* How often every tile is timed then: odd, so that there is a median. */
+/* How often each tile is timed for a cost map: odd, so that there is a median. */
 extern unsigned bench_rounds;
-/* As the section "messages" measured them; measures them when it has not been made. */
+/* The message costs that the section "messages" has measured. */
 struct message_costs kept_messages(void);
-/* As they are now, without what renderers spend beside tiles. */
+/* Measures the message costs at present, without what renderers spend besides tiles. */
 struct message_costs measure_messages(void);
-/* Seconds for which a process goes on while another one waits for its processor. */
+/* Measures the time slice: the seconds for which a process runs while another one waits for its processor. */
 double measure_slice(void);
-/* What each of so many ranks but one uses of a core while it waits for that one, by such a run
- * (farm_run()), in the median of so many looks. */
+/* Measures which part of a core each of so many ranks but one uses while it waits for that one, in such a run
+ * (farm_run()): the median of *looks samples. */
 double measure_waiting(unsigned ranks, const char *config, const char *picture, const char *options,
                        unsigned *looks);
 
@@ -78,7 +79,7 @@ void section_model(FILE *out);
 void section_plan(FILE *out);
 void section_marks(FILE *out);
 
-/* Prints the speed-ups of a scene file, by 2 to PAPER_PROCESSORS processors and all schedules. */
+/* Prints the speed-ups of a scene file for 2 to PAPER_PROCESSORS processors and all schedules. */
 void compare_schedules(const char *config, uint32_t samples);
 
 #endif

@@ -1,4 +1,4 @@
-/* The costs of tiles and shares are measured, with the real renderer in this process. */
+/* Measures the costs of tiles and shares, with the real renderer in this process. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -1,4 +1,4 @@
-/* Events in the order of their times: a binary heap. */
+/* A priority queue of events, by their times: a binary heap. */
 #ifndef FARM_BENCH_BALANCE_EVENTS_H
 #define FARM_BENCH_BALANCE_EVENTS_H
 
@@ -7,10 +7,10 @@
 
 struct event {
     double time;
-    uint64_t order; /* of those at the same time, the first added comes first */
-    uint32_t kind;  /* the user's */
+    uint64_t order; /* order of adding: of events at the same time, the first added comes first */
+    uint32_t kind;  /* the caller's */
     uint32_t who;
-    uint32_t number; /* the user's, like who and what */
+    uint32_t number; /* the caller's, like who and what */
     void *what;
 };
 
@@ -24,11 +24,11 @@ struct events {
 void events_free(struct events *events);
 void events_add(struct events *events, const struct event *event);
 
-/* The next one; NULL when there is none. */
+/* The next event; NULL when there is none. */
 const struct event *events_first(const struct events *events);
 struct event events_take(struct events *events);
 
-/* Takes out the one for this what; there is one (asserted). O(n). */
+/* Removes the event for this `what`, of which there is one (asserted). O(n). */
 void events_remove(struct events *events, const void *what);
 
 #endif

@@ -1,13 +1,14 @@
 /*
- * make bench-balance: how evenly the work is shared out, in real runs and in virtual time.
+ * The main program of `make bench-balance`: how evenly the work is distributed, in real runs and in virtual
+ * time.
  *
  *   balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]
  *   balance --scene FILE [--samples N] [--rounds N]
  *
- * Sections that are not run again keep what they said the last time; --fresh forgets all of it, the measured
- * costs, too, as a run of all sections does. --scene tells of another scene how it would be shared out, in virtual
- * time, and nothing else. --rounds: how often every tile is timed for its cost (3). Exit status 1: a picture of many
- * ranks was another one than that of one.
+ * Sections that are not run again keep their last results; --fresh discards all of them, including the measured
+ * costs, as a run of all sections does. --scene only simulates how another scene would be distributed. --rounds:
+ * how often every tile is timed for its cost (3). Exit status 1: a picture of many ranks differed from that of
+ * one.
  */
 #include <stdlib.h>
 #include <string.h>

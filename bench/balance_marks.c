@@ -1,4 +1,4 @@
-/* The section "marks": what issue and paper ask for, line by line, with what was measured. */
+/* The section "marks": the requirements of issue and paper, line by line, with what was measured. */
 #include <math.h>
 
 #include "bench/balance.h"

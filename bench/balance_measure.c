@@ -1,4 +1,4 @@
-/* The sections "messages" and "costs": what the simulated farm is made of. */
+/* The sections "messages" and "costs": the input of the simulated farm. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

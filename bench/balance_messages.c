@@ -1,17 +1,17 @@
 /*
- * What messages cost here, measured between two ranks of one machine: mpiexec -n 2 balance_messages
- * prints "name value" lines for bench/balance_measure.c.
+ * Measures what messages cost between two ranks of one machine: mpiexec -n 2 balance_messages prints "name
+ * value" lines for bench/balance_measure.c.
  *
  *   latency_s       from one rank to the other, without content
- *   byte_s          for every byte more, up to 64 KiB
+ *   byte_s          for every further byte, up to 64 KiB
  *   service_s       of the master for one result and its answer: receiving, sending, posting the next
  *                   receive, as in master/post.c
  *   service_tile_s  of the queue for every tile: probes and predictions, handing out, finishing
  *   service_pixel_s for every pixel of the result: receiving, canvas
- *   fetch_s         beside that for a result of more than RESULT_SHORT bytes
- *   tray_s, tray_pixel_s   in place of service_s and service_pixel_s where result and answer go through a tray
+ *   fetch_s         in addition, for a result of more than RESULT_SHORT bytes
+ *   tray_s, tray_pixel_s   replace service_s and service_pixel_s where result and answer go through a tray
  *   send_s          of a renderer for one result
- *   nap_s           by how much a nap is longer than asked for
+ *   nap_s           by how much a nap is longer than requested
  */
 #include <mpi.h>
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-/* The section "model": what the simulated farm says against what was measured. */
+/* The section "model": the simulated farm compared with real runs. */
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-/* The section "plan": farms that are not here, up to 100,000 renderers. */
+/* The section "plan": simulated farms of up to 100,000 renderers. */
 #include <math.h>
 #include <stdlib.h>
 

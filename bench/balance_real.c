@@ -1,4 +1,4 @@
-/* The section "real": runs on this machine, in wall time where that means something here. */
+/* The section "real": runs on this machine, in wall time where that is meaningful here. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>

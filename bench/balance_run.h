@@ -1,4 +1,4 @@
-/* Real runs of the farm, and what their reports say. */
+/* Real runs of the farm, and values of their reports. */
 #ifndef FARM_BENCH_BALANCE_RUN_H
 #define FARM_BENCH_BALANCE_RUN_H
 
@@ -11,36 +11,38 @@ struct farm_run {
     double *cpu_s; /* of each renderer; owned */
 };
 
-/* Its file. */
+/* The path of the program. */
 const char *farm_program(void);
 
 /*
- * mpiexec -n ranks farm config options, a picture in picture (.pfm) and its report beside it, both
- * kept. options are separated by spaces. Ends the program when the farm fails.
+ * Runs `mpiexec -n ranks farm config options`, with the picture in `picture` (.pfm) and its report beside it,
+ * which both stay. options are separated by spaces. Ends the program when the farm fails.
  */
 void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
               const char *options);
 
-/* The same with one rank twice at the same time: two farms that have nothing to do with each other, whose
- * mean render time is returned. Where one is longer than the other, it had the machine to itself at the
- * end. What they leave behind stands in picture and beside it. */
+/*
+ * The same for two independent farms of one rank each at the same time; returns the mean of their render times.
+ * Where one takes longer than the other, it has the machine to itself at the end. Their outputs are in `picture`
+ * and beside it.
+ */
 double farm_run_side_by_side(const char *config, const char *picture, const char *options);
 
-/* Two of the processors that this process may run on: in a container, or bound, it may be to others than the
- * first ones. false: there is no second one. */
+/* Sets two of the processors that this process may run on: in a container, or if it is bound, these need not be
+ * the first ones. false: there is no second one. */
 bool two_processors(unsigned two[2]);
 
 /*
- * Two ranks, each bound to one of two_processors(); rank 1 shares it with three processes that use all
- * they get: a renderer of a quarter of the speed.
+ * Runs two ranks, each bound to one of two_processors(); rank 1 shares its processor with three processes that
+ * use all they get, which makes it a renderer of a quarter of the speed.
  */
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
                    const char *options);
 
-/* CPU seconds of rendering, and of what goes with it, of all ranks. */
+/* CPU seconds of the rendering threads of all ranks. */
 double all_cpu(const struct farm_run *run);
 
-/* The same of the rank that needs most. */
+/* The same of the rank with the most. */
 double most_cpu(const struct farm_run *run);
 
 void farm_run_free(struct farm_run *run);

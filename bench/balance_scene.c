@@ -1,4 +1,4 @@
-/* Speed-ups of a scene of one's own, by the simulated farm. */
+/* Speed-ups of a given scene, by the simulated farm. */
 #include <stdio.h>
 
 #include "bench/balance.h"

@@ -1,4 +1,4 @@
-/* The schedules that are compared, in the real farm and in virtual time. */
+/* The schedules that are compared, in the real farm and in the simulated one. */
 #ifndef FARM_BENCH_BALANCE_SCHEDULES_H
 #define FARM_BENCH_BALANCE_SCHEDULES_H
 
@@ -14,19 +14,19 @@ struct bench_schedule {
 
 extern const struct bench_schedule bench_schedules[SCHEDULES_COMPARED];
 
-/* Simulates the schedule on a machine, the picture being that of costs. */
+/* Simulates the schedule on a machine for the picture of `costs`. */
 void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome);
 
-/* `processors` ranks with a core each, rank 0 included, with what messages cost between two of one machine: all on that
- * one; or each on its own, so that none has a tray or a bell. */
+/* Machines of `processors` ranks with a core each, rank 0 included, with the message costs of two ranks of one
+ * machine: all ranks on the same machine; or each on its own, so that none has a tray or a bell. */
 struct machine one_machine(uint32_t processors);
 struct machine apart_machines(uint32_t processors);
 
-/* A scene at the paper's size. */
+/* The costs of a scene at the paper's size. */
 struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples);
 
-/* Seconds of the full schedule on one processor: what speed-ups compare with. */
+/* Seconds of the full schedule on one processor: the reference for speed-ups. */
 double serial_seconds(const struct picture_costs *costs);
 
 #endif

@@ -1,7 +1,7 @@
 /*
- * Cores that renderers share, as an operating system shares them out: in turn, each for a slice of time
- * or until it has nothing to do. Who becomes ready waits behind all others; who finishes a part goes on
- * with the next one on the same core.
+ * Simulates cores that renderers share, scheduled as by an operating system: round-robin, each renderer for a
+ * time slice or until it has nothing to do. A renderer that becomes ready waits behind all others; one that
+ * finishes a part continues with the next one on the same core.
  */
 #include <math.h>
 #include <stdlib.h>

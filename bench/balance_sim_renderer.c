@@ -1,4 +1,4 @@
-/* A renderer of the simulated farm: works off its lots and sends results. */
+/* A renderer of the simulated farm: works through its lots and sends results. */
 #include <math.h>
 #include <stdlib.h>
 

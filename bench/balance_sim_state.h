@@ -1,4 +1,4 @@
-/* Between the files of the simulated farm: its state, and what renderers and master do with it. */
+/* What the files of the simulated farm share: its state, and what renderers and master do with it. */
 #ifndef FARM_BENCH_BALANCE_SIM_STATE_H
 #define FARM_BENCH_BALANCE_SIM_STATE_H
 
@@ -10,7 +10,7 @@
 #include "bench/balance_sim.h"
 #include "common/nap.h"
 
-/* More lots than the queue lets a renderer hold. */
+/* Room for lots of a renderer: more than the queue lets it hold. */
 #define HELD 4
 
 enum {
@@ -31,61 +31,63 @@ enum {
 struct part {
     struct tile tile;
     struct lot *lot;
-    struct part *next;       /* of those that go into the same answer */
-    double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
-    double span_s, left_s;   /* of shared cores: what it takes of one, and will take yet */
-    double cost_s;           /* what it takes a processor of speed 1 */
-    double cpu_s;            /* that it took */
-    double tell_s;   /* in work for so long it is told of, and again when it is twice as long */
-    bool told;       /* it was: an answer is due when it is done */
+    struct part *next;       /* next part of the same answer */
+    double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and how long it took */
+    /* With shared cores: core seconds that it takes, and those that are left. */
+    double span_s, left_s;
+    double cost_s;   /* seconds that it takes a processor of speed 1 */
+    double cpu_s;    /* CPU seconds that it took */
+    double tell_s;   /* it is reported after so long in work, and again whenever that doubles */
+    bool told;       /* it was reported: an answer is due when it is done */
     bool working;    /* it is being rendered */
-    bool dropped;    /* others have it now, or have finished it */
-    bool unfinished; /* it stands for another one, which has been in work for so many seconds */
+    bool dropped;    /* others hold it now, or have finished it */
+    bool unfinished; /* a notice that another part has been in work for so many seconds */
 };
 
 struct lot {
-    struct lot *before, *after;      /* all lots that there are */
+    struct lot *before, *after;      /* in the list of all lots */
     uint32_t count, begun, finished; /* parts */
-    uint32_t accepted;               /* parts, by the master */
-    bool calls, has_called;          /* the master is to be woken if it is the last one; it was */
+    uint32_t accepted;               /* parts that the master has accepted */
+    bool calls, has_called;          /* the master is to be woken if this is the last lot; it was */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
-    size_t whole;                    /* bytes of the result if all that is left goes into one */
-    bool opened, in_tray;            /* the result is begun; in a slot of the tray */
-    struct part *ready, **last;      /* what goes into the next one */
-    struct part notice;              /* that a part takes long */
-    bool tells;                      /* the master has not heard of that yet */
-    struct part parts[];             /* [count] */
+    /* Bytes of the result if all that is left goes into one message. */
+    size_t whole;
+    bool opened, in_tray;       /* the result is begun; the lot is in a slot of the tray */
+    struct part *ready, **last; /* parts that go into the next result */
+    struct part notice;         /* the notice that a part takes long */
+    bool tells;                 /* the master has not received that notice yet */
+    struct part parts[];        /* [count] */
 };
 
-/* Seconds that are nothing: rounding. */
+/* Seconds that count as zero: rounding errors. */
 #define GRAIN 1e-12
 
 #define NO_CORE UINT32_MAX
 #define NOBODY  UINT32_MAX
 
-/* A rank, or a node whose first rank hands out to the others. */
+/* A rank, or a node whose first rank distributes work to the others. */
 struct renderer {
     struct lot *held[HELD];
     unsigned count;
-    uint32_t working; /* of its cores */
+    uint32_t working; /* number of its cores that work */
     double idle_since;
-    unsigned full;    /* slots of its tray, with results */
-    double arrived_s; /* when its last message is there: they do not overtake each other */
-    double debt_s;    /* rank 0: what serving has taken from the tile in work */
-    /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
-     * and who is behind it in the queue for them. */
+    unsigned full;    /* slots of its tray that hold results */
+    double arrived_s; /* when its last message arrives: messages do not overtake each other */
+    double debt_s;    /* rank 0: seconds that serving has taken from the tile in work */
+    /* With shared cores, of which it gets one: the part that it works on, the core (NO_CORE: it waits for one),
+     * and the next renderer in the queue for cores. */
     struct part *part;
     uint32_t core, behind;
     bool ready; /* it has reported for work */
-    bool asks;  /* the master has found nothing for it */
+    bool asks;  /* it asked for work, and the master had none */
 };
 
 /* One of the shared cores. */
 struct core {
     uint32_t who;        /* NOBODY: idle */
-    double since, until; /* seconds: accounted for until then; the end of its slice */
-    double rate;         /* of that, what the renderer gets */
-    uint32_t turn;       /* of its last event; earlier ones are void */
+    double since, until; /* seconds: until when work is accounted for; the end of the time slice */
+    double rate;         /* the part of the core that the renderer gets */
+    uint32_t turn;       /* number of its last event; earlier ones are void */
 };
 
 struct sim {
@@ -96,38 +98,38 @@ struct sim {
     struct renderer *renderers;
     double now;
 
-    struct core *cores;   /* that are shared */
-    uint32_t front, back; /* of those who wait for one; NOBODY: none */
-    struct events done;   /* parts, where they are not */
+    struct core *cores;   /* the shared cores */
+    uint32_t front, back; /* of the queue of renderers that wait for a core; NOBODY: none */
+    struct events done;   /* ends of parts, where cores are not shared */
     struct events wall;   /* everything else */
-    struct nap own_nap;   /* of rank 0's renderer */
-    struct lot *lots;     /* all that are not accepted yet */
-    double *kept_s;       /* by id, of pieces that are back and may count: cost_s */
+    struct nap own_nap;   /* naps of rank 0's renderer */
+    struct lot *lots;     /* all lots that are not accepted yet */
+    double *kept_s;       /* by id: cost_s of pieces that are back and may count */
     uint32_t kept_room;
 
     /* The master. */
     bool serving;
     double idle_since, calm_until;
-    /* When it looks next for letters that it does not know of; HUGE_VAL: there are none. */
+    /* When it next looks for letters that it does not know of; HUGE_VAL: there are none. */
     double look;
-    struct nap nap; /* its first one since then */
+    struct nap nap; /* its first nap since idle_since */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
-    struct event *letters; /* results that have arrived and wait, a ring */
+    struct event *letters; /* results that have arrived and wait: a ring buffer */
     size_t first, letter_count, letter_room;
 };
 
 /* ---- clocks: balance_sim.c ---- */
 
-/* When somebody who has nothing to do since then, whose first nap takes so many seconds and who expects
- * nothing until calm_until, looks again, at `time` or behind it. */
+/* When a process looks for messages again, at `time` or later. It has had nothing to do since idle_since, its
+ * first nap takes `nap` seconds, and it expects nothing until calm_until. */
 double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
                  double time);
 
-/* When somebody who is woken now has woken up: that takes as long as a nap is too long. */
+/* When a process that is woken now runs: it takes as long as a nap is too long. */
 double sim_woken(const struct sim *sim);
 
-/* An event on the wall clock. */
+/* Adds an event on the wall clock. */
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);
 
 /* ---- shared cores: balance_sim_cores.c ---- */
@@ -135,19 +137,19 @@ void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *wha
 void cores_init(struct sim *sim);
 void cores_free(struct sim *sim);
 
-/* The renderer has this part to do; first: it gets a core before all others who wait. */
+/* Gives the renderer this part to do; first: it gets a core before all others that wait. */
 void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first);
 
-/* What it has done until now goes off what is left of its part. */
+/* Subtracts what the renderer has done until now from what is left of its part. */
 void cores_account(struct sim *sim, uint32_t who);
 
-/* It has finished that or given it up, and has begun another one or not. */
+/* The renderer has finished its part or given it up, and may have begun another one. */
 void cores_ended(struct sim *sim, uint32_t who);
 
-/* Time for the core to look who is done, and who is next. */
+/* Handles the event of a core: finishes a part or a time slice, and chooses who is next. */
 void cores_look(struct sim *sim, uint32_t core, uint32_t turn);
 
-/* The master takes so many seconds of a core, from renderers if none is idle. */
+/* The master uses so many seconds of a core, from renderers if none is idle. */
 void cores_serve(struct sim *sim, double span);
 
 /* ---- a renderer: balance_sim_renderer.c ---- */
@@ -155,40 +157,40 @@ void cores_serve(struct sim *sim, double span);
 /* Whether it is rank 0's own. */
 bool is_own(const struct sim *sim, uint32_t who);
 
-/* The next lot of the queue; NULL: nothing now. */
+/* Gets the next lot from the queue; NULL: there is none at present. */
 struct lot *next_lot(struct sim *sim, uint32_t who);
 
-/* The renderer has got a lot. */
+/* The renderer receives a lot. */
 void sim_hold(struct sim *sim, uint32_t who, struct lot *lot);
 
-/* The second thread of rank 0: straight from the queue, with naps while there is nothing. */
+/* Rank 0's second thread takes lots directly from the queue, with naps while there are none. */
 void take_own(struct sim *sim);
 
-/* Its part is rendered. */
+/* The renderer finishes its part. */
 void finish_part(struct sim *sim, uint32_t who, struct part *part);
 
-/* Whether serving has taken time from the tile that rank 0 renders, which is then done later. */
+/* Whether serving has taken time from the tile that rank 0 renders, so that it is done later. */
 bool pays_debt(struct sim *sim, const struct event *done);
 
-/* Others have a tile that the renderer may not have begun. */
+/* Others hold a tile that the renderer may not have begun. */
 void sim_drop(struct sim *sim, uint32_t who, uint32_t id);
 
-/* Others have finished a tile that the renderer may be rendering, and gives up then. */
+/* Others have finished a tile that the renderer may be rendering: it gives it up then. */
 void sim_give_up(struct sim *sim, uint32_t who, uint32_t id);
 
-/* It has been rendering a tile for long. */
+/* The renderer reports that it has been rendering a tile for long. */
 void sim_tell(struct sim *sim, uint32_t who, uint32_t id);
 
-/* It gives up all that it renders. */
+/* The renderer gives up all that it is rendering. */
 void sim_stop(struct sim *sim, uint32_t who);
 
-/* The queue gets a part that was finished or dropped. */
+/* Passes a part that was finished or dropped to the queue. */
 void accept_part(struct sim *sim, uint32_t who, struct part *part);
 
-/* Of a result of these parts. */
+/* Bytes of a result of these parts. */
 size_t bytes_of(const struct part *parts);
 
-/* A part has been accepted; with the last one the lot is gone. */
+/* A part has been accepted; with the last one the lot is freed. */
 void forget_part(struct sim *sim, struct lot *lot);
 
 /* ---- the master: balance_sim_master.c ---- */
@@ -196,25 +198,25 @@ void forget_part(struct sim *sim, struct lot *lot);
 /* A renderer reports for work. */
 void sim_ready(struct sim *sim, uint32_t who);
 
-/* Lots for those who have asked in vain, or for all. To each that gets something it takes half of what
- * a result and its answer take. */
+/* Hands out lots to renderers that have asked in vain, or to all. Each renderer that gets some takes half of the
+ * time of a result and its answer. */
 void hand_out_to(struct sim *sim, bool all);
 
-/* The renderers hear, from this time on, what others have taken from them or finished. */
+/* Renderers are told, from this time on, which of their tiles others have taken or finished. */
 void sim_tell_recalls(struct sim *sim, double time);
 
-/* When the master hears of what rank 0's own renderer does: it looks, or is woken. */
+/* When the master notices what rank 0's own renderer did: it looks, or is woken. */
 double sim_master_hears(const struct sim *sim);
 
-/* A renderer has nothing in reserve, or nothing at all: the master wakes up, if it can be woken. */
+/* A renderer has no lot in reserve, or none at all: it wakes the master, if it can. */
 void sim_ring(struct sim *sim);
 void sim_look(struct sim *sim);
 
-/* A result has come; it is served when the master has looked and has done what came before. */
+/* A result has arrived; it is served when the master has looked and is done with what came before. */
 void result_arrives(struct sim *sim, const struct event *letter);
 void result_served(struct sim *sim);
 
-/* Time to look whether tiles are late. */
+/* Checks whether renderers are late. */
 void sim_check(struct sim *sim);
 
 #endif

@@ -1,5 +1,5 @@
-/* For how long this system lets a process go on while another one waits for its processor: two of them. More
- * may get shorter turns. */
+/* Measures the time slice: how long this system lets a process run while another one waits for its processor.
+ * This is for two processes; with more, slices may be shorter. */
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>

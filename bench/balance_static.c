@@ -1,5 +1,5 @@
-/* The section "static": shares that are fixed before the start, in real runs at any number of
- * processors, by the CPU time of every rank. */
+/* The section "static": the static schedules in real runs with any number of processors, by the CPU time of
+ * every rank. */
 #include <math.h>
 #include <stdlib.h>
 

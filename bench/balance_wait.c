@@ -1,5 +1,5 @@
-/* What a rank that waits uses of a core: looked up while it waits, so that the start, in which MPI spins,
- * does not count. */
+/* Measures how much of a core a waiting rank uses. It is sampled while the rank waits, so that the start, in
+ * which MPI spins, does not count. */
 #include <dirent.h>
 #include <pthread.h>
 #include <stdatomic.h>

@@ -10,23 +10,23 @@
 #include "worker/render.h"
 
 /*
- * Let n samples of pixel i cost c_i n and leave a squared error of v_i n^-p. Least error for a given
- * cost is where all pixels' error goes down by the same amount per second,
+ * How the gain is computed. Let n samples of pixel i cost c_i n and leave a squared error of v_i n^-p. The error
+ * for a given cost is least where the errors of all pixels fall by the same amount per second,
  *
  *   p v_i n_i^(-p-1) / c_i = lambda,
  *
- * which leaves sum v_i n_i^-p = S^(p+1) C^-p, S = sum v_i^(1/(p+1)) c_i^(p/(p+1)), for a cost of C. The
- * same n for all of them leaves V n^-p, V = sum v_i, for n sum c_i. For the same error uniform sampling
- * takes so many times as long:
+ * which leaves sum v_i n_i^-p = S^(p+1) C^-p, S = sum v_i^(1/(p+1)) c_i^(p/(p+1)), for a cost of C. The same n
+ * for all pixels leaves V n^-p, V = sum v_i, for a cost of n sum c_i. To reach the same error, uniform sampling
+ * takes longer by the factor
  *
  *   sum(c) V^(1/p) / S^((p+1)/p).
  *
- * That allows any n, down to fractions of a sample, and one p for all pixels. So the same is also
- * done with what was measured, for the numbers of samples that the farm has: each pixel takes that of
- * 2, 4, 8, ... samples for which e_i(n) + lambda c_i n is least. What an error is in truth nobody
- * knows who chooses; here it is chosen by the errors of one half of the runs, and what comes out is
- * told by the other half, so that no pixel is chosen for its luck. So the formula errs upward, too, as errors
- * of pixels that scatter look uneven, and this downward, as who chooses by a noisy variance chooses badly.
+ * This allows any n, down to fractions of a sample, and assumes one p for all pixels. So the allocation is also
+ * made from measured errors, for the numbers of samples that the farm has: each pixel takes the one of 2, 4, 8,
+ * ... samples for which e_i(n) + lambda c_i n is least. An allocator does not know true errors: here it chooses
+ * by the errors of one half of the runs, and the result is evaluated with the other half, so that no pixel is
+ * chosen for its luck. The formula therefore errs upward, as errors of pixels that scatter look uneven; and the
+ * measured allocation errs downward, as choices by a noisy variance are poor.
  */
 
 #define LEVELS 8u /* 2 .. 256 samples */

@@ -1,5 +1,5 @@
 /*
- * What bench/error.sh cannot do itself:
+ * A tool for what bench/error.sh cannot do itself:
  *
  *   error_tool compare A B               the RMSE of two pictures (PFM, PPM), clamped to 0..1
  *   error_tool scene FOLDER NAME         FOLDER/NAME.ini: a scene of bench/kernel_scenes.h
@@ -7,12 +7,12 @@
  *                                        the scene for Tachyon (OUT ends with .dat) or POV-Ray, as large as
  *                                        they need it (error_scale.h)
  *   error_tool allocation NAME CONFIG [KEY=VALUE ...]
- *                                        what the best allocation of samples to pixels could gain
+ *                                        the gain of the best allocation of samples to pixels
  *   error_tool lattice CONFIG PIXELS SAMPLES A B [KEY=VALUE ...]
- *                                        what two pictures (PFM) of the scene are wrong by, against so many
- *                                        samples of about so many of their pixels: RMSE of A, its standard
- *                                        deviation, the same of B, RMSE of what they are compared with
- *   error_tool fields COUNT              how well errors are told of things that few samples meet (error_fields.h)
+ *                                        the errors of two pictures (PFM) of the scene, against a reference of
+ *                                        SAMPLES samples of about PIXELS of their pixels: RMSE of A, its
+ *                                        standard deviation, the same of B, RMSE of the reference
+ *   error_tool fields COUNT              how well errors are estimated for things that few samples hit (error_fields.h)
  */
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,12 +1,12 @@
 /*
- * What pruned pictures claim to be wrong by, against what they are wrong by: every scene of config/,
- * config/extreme/ and the folder that SCENES names, at depths 0 to 20 and cutoffs from 1/16 to
- * 1/65536, each pixel by itself, against the same picture DEEP levels deep whose own claim is allowed
- * for. One row of CSV for each, and a table of scenes.
+ * Compares the error that pruned pictures claim with their true error: for every scene of config/,
+ * config/extreme/ and the folder that SCENES names, at depths 0 to 20 and cutoffs from 1/16 to 1/65536, pixel by
+ * pixel, against the same picture DEEP levels deep, whose own claim is allowed for. Writes one CSV row for each,
+ * and a table of scenes.
  *
  *   error_truncation [--quick] [--csv FILE] [--markdown FILE] [--size WxH]
  *
- * Exit status 1 when a claim is broken.
+ * Exit status 1 when a claim is violated.
  */
 #include <errno.h>
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /*
- * A journal from outside, without the farm's own code:
+ * Inspects and damages a journal, without the farm's own code:
  *
- *   faults_journal count FILE        how many records stand in it, as far as they are whole
- *   faults_journal tear FILE NUMBER  cuts it at a place that the number tells
- *   faults_journal flip FILE NUMBER  turns a bit there; both print how many records that leaves whole
+ *   faults_journal count FILE        prints how many complete records it holds
+ *   faults_journal tear FILE NUMBER  truncates it at a place that depends on the number
+ *   faults_journal flip FILE NUMBER  flips a bit there; both print how many records remain complete
  */
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 /*
- * A slow disk, loaded in front of the C library (LD_PRELOAD): every write to a place in a file takes 20 ms
- * more, bringing a file to the disk 300 ms.
+ * Simulates a slow disk; loaded before the C library (LD_PRELOAD). Every write at an offset of a file takes 20
+ * ms longer, syncing a file 300 ms.
  */
 #include <dlfcn.h>
 #include <sys/types.h>

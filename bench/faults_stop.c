@@ -1,13 +1,13 @@
 /*
- * Stops a rank, as SIGSTOP would, when it comes to a certain call; loaded in front of the C
- * library (LD_PRELOAD). FAULTS_STOP_RANK: which one; FAULTS_STOP_AT: before one of
+ * Stops a rank, as SIGSTOP would, when it comes to a certain call; loaded before the C library (LD_PRELOAD).
+ * FAULTS_STOP_RANK: which rank; FAULTS_STOP_AT: before which of
  *
  *   init      MPI_Init_thread
  *   share     the first collective call, before the scene is there
  *   memory    it opens the memory that its node shares
  *   ready     its first message, which reports for work
- *   tile      the first tile, or probes: it has work, and has left nothing for the master yet
- *   later     behind some more tiles, if it has so many: what it has left may or may not be taken
+ *   tile      the first tile, or probes: it has work, and has sent nothing to the master yet
+ *   later     some tiles later, if it has so many: its results may or may not have been taken
  *   result    the first result that goes as a message
  *   stats     its last message, after STOP
  *   finalize  MPI_Finalize

@@ -1,9 +1,9 @@
 /*
  * kernel_embree [--primary SAMPLES] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE ...]
  *
- * Renders a scene of the farm's over Embree, on one thread, and prints what it took: a name and a
- * number per line. Without --primary the whole picture with single rays; with it primary rays alone
- * in coherent packets.
+ * Renders a scene of the farm with Embree, on one thread, and prints what it took: a name and a number per line.
+ * Without --primary it renders the whole picture with single rays; with it, primary rays alone in coherent
+ * packets.
  */
 #include <stdio.h>
 #include <stdlib.h>

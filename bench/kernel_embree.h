@@ -1,10 +1,10 @@
 /*
- * The farm's scenes over Embree: a peer to be measured against, not a part of the farm. The files
+ * Renders the farm's scenes with Embree, for comparison; it is not a part of the farm. The files
  * bench/kernel_embree*.c make one program, which needs Embree 3 or 4.
  *
- * A scene comes from the farm's own loader, so geometry, camera, lights and materials are the same
- * numbers, rounded to float. Shading, depth and pruning follow the same rules as worker/; media are
- * told apart by the side of a surface alone.
+ * A scene comes from the farm's own loader, so that geometry, camera, lights and materials are the same numbers,
+ * rounded to float. Shading, depth and pruning follow the same rules as worker/; only media are identified
+ * merely by the side of a surface.
  */
 #ifndef FARM_BENCH_KERNEL_EMBREE_H
 #define FARM_BENCH_KERNEL_EMBREE_H
@@ -112,13 +112,13 @@ struct flat_disc {
 
 struct model;
 
-/* One geometry of the Embree scene: the primitives of a kind that are, or are not, transparent. */
+/* One geometry of the Embree scene: the primitives of one kind, either the transparent or the opaque ones. */
 struct part {
     const struct model *model;
     enum primitive_kind kind;
     bool transparent;
     uint32_t count;
-    uint32_t *index;    /* primID -> index of its kind in the farm's scene */
+    uint32_t *index;    /* primID -> index among the primitives of its kind in the farm's scene */
     uint32_t *material; /* primID -> material */
     uint32_t *normal;   /* patches: three normals per primID */
     void *solids;       /* cones, boxes, discs: what the callbacks read */
@@ -137,10 +137,10 @@ struct model {
     struct f3 *normals;
     struct point_light *lights;
     unsigned light_count;
-    uint64_t own_bytes; /* of the arrays above that grow with the scene */
+    uint64_t own_bytes; /* bytes of the arrays above that grow with the scene */
 };
 
-/* Fills all but the committed tree; exits with a message when there is something it cannot do. */
+/* Fills in all but the committed tree; exits with a message if the scene has something that is not supported. */
 void model_create(struct model *model, const struct scene *scene, RTCDevice device);
 void model_destroy(struct model *model);
 
@@ -149,7 +149,8 @@ void solids_attach(RTCGeometry geometry, enum primitive_kind kind);
 
 /* ---- rays ---- */
 
-/* Transparent crossings of one shadow ray. Spatial splits may show one of them several times. */
+/* The most transparent crossings of one shadow ray. With spatial splits Embree may report a crossing several
+ * times. */
 #define SEEN_MAX 32
 
 struct shadow_query {
@@ -162,24 +163,24 @@ struct shadow_query {
     } crossings[SEEN_MAX];
 };
 
-/* Notes a crossing; what passes is filtered by its colour. */
+/* Notes a crossing; the light that passes is filtered by its colour. */
 void shadow_pass(struct shadow_query *query, const struct part *part, unsigned geometry,
                  unsigned primitive, float t);
 
 enum { KIND_PRIMARY, KIND_SHADOW, KIND_REFLECTION, KIND_REFRACTION, KIND_COUNT };
 
-/* Renders the view of the scene, single rays, one sample in the middle of each pixel; rgb has 3
- * floats per pixel. */
+/* Renders the view of the scene with single rays, one sample in the middle of each pixel; rgb has 3 floats per
+ * pixel. */
 void trace_picture(const struct model *model, float *rgb, uint64_t rays[KIND_COUNT]);
 
 struct packet_times {
     unsigned width;     /* rays per packet */
-    double intersect_s; /* inside Embree, CPU */
-    double total_s;     /* with making the rays, and a colour of each hit */
+    double intersect_s; /* CPU seconds inside Embree */
+    double total_s;     /* CPU seconds with the generation of rays, and a colour for each hit */
     uint64_t rays, hits;
 };
 
-/* Primary rays alone in coherent packets, each a pixel's samples; rgb as above. */
+/* Renders primary rays alone, in coherent packets of the samples of a pixel; rgb as above. */
 void trace_primary(const struct model *model, unsigned samples, float *rgb,
                    struct packet_times *times);
 

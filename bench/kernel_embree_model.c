@@ -1,4 +1,4 @@
-/* From the farm's scene block to geometries of Embree. */
+/* Converts the farm's scene block to geometries of Embree. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* Primary rays in Embree's coherent packets. */
+/* Traces primary rays in Embree's coherent packets. */
 #include <stdlib.h>
 
 #include "bench/kernel_embree.h"

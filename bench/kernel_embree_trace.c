@@ -1,4 +1,4 @@
-/* Whitted's loop over rtcIntersect1 and rtcOccluded1, pruned as worker/render.c does. */
+/* Whitted ray tracing with rtcIntersect1 and rtcOccluded1, pruned as in worker/render.c. */
 #include <float.h>
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /*
- * The farm's kernel beside its peers: the same scenes at the same size and depth, on one thread
- * each, in turn, several times; medians, rates, ratios. See usage().
+ * Compares the farm's kernel with other ray tracers: the same scenes at the same size and depth, on one thread
+ * each, in turn, several times; prints medians, rates and ratios. See usage().
  */
 #include <errno.h>
 #include <math.h>

@@ -1,4 +1,4 @@
-/* The pictures that the programs leave, side by side. */
+/* Reads, compares and joins the pictures that the programs have made. */
 #ifndef FARM_BENCH_KERNEL_PICTURE_H
 #define FARM_BENCH_KERNEL_PICTURE_H
 
@@ -10,7 +10,7 @@
  * cannot. The caller frees it with canvas_free(). */
 bool picture_read(const char *path, struct canvas *picture);
 
-/* Of two pictures of the same size, values clamped to 0..1 as a PNG would have them. */
+/* The difference of two pictures of the same size, with values clamped to 0..1 as in a PNG. */
 struct picture_difference {
     double rmse;
     double off; /* share of pixels with a component that differs by more than 16/255 */
@@ -18,7 +18,7 @@ struct picture_difference {
 
 struct picture_difference picture_compare(const struct canvas *a, const struct canvas *b);
 
-/* Pictures at half their size in a grid, `columns` a row; those without pixels stay black. */
+/* Writes pictures at half their size in a grid, with `columns` per row; those without pixels stay black. */
 bool picture_montage(const char *path, const struct canvas *pictures, unsigned count,
                      unsigned columns);
 

@@ -1,4 +1,4 @@
-/* What was measured, as tables. */
+/* Prints what was measured, as tables. */
 #ifndef FARM_BENCH_KERNEL_REPORT_H
 #define FARM_BENCH_KERNEL_REPORT_H
 
@@ -22,13 +22,13 @@ struct scene_results {
         difference[PROGRAM_COUNT]; /* from the farm's picture; NAN: not measured */
 };
 
-/* A line for the terminal, below the head when it is the first one. */
+/* Prints a line for the terminal, with the table head above the first one. */
 void report_scene(FILE *out, const struct scene_results *results, bool first);
 
-/* Geometric means, and a verdict for every mark. */
+/* Prints geometric means, and a verdict for every mark. */
 void report_summary(FILE *out, const struct scene_results *results, size_t count);
 
-/* All medians; the tables. Ends the program when the file cannot be written. */
+/* Write all medians, and the tables. These end the program when the file cannot be written. */
 void report_csv(const char *path, const struct scene_results *results, size_t count);
 void report_markdown(const char *path, const struct scene_results *results, size_t count);
 

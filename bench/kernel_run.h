@@ -1,4 +1,4 @@
-/* One program rendering one scene: what it is started with, and what it says about itself. */
+/* Runs one program on one scene: how it is started, and what it reports about itself. */
 #ifndef FARM_BENCH_KERNEL_RUN_H
 #define FARM_BENCH_KERNEL_RUN_H
 
@@ -11,22 +11,22 @@ enum program { PROGRAM_FARM, PROGRAM_EMBREE, PROGRAM_TACHYON, PROGRAM_POVRAY, PR
 
 extern const char *const program_names[PROGRAM_COUNT];
 
-/* What of the picture is rendered: the steps tell what a ray of each kind costs. */
+/* What is rendered of the picture: from the steps follows what a ray of each kind costs. */
 enum step {
     STEP_PICTURE,    /* everything */
     STEP_DIRECT,     /* primary rays and shadows */
-    STEP_PRIMARY,    /* primary rays alone, many of them, without lights; over Embree in packets */
+    STEP_PRIMARY,    /* many primary rays alone, without lights; with Embree in packets */
     STEP_SHADOWLESS, /* primary rays with lights but no shadows */
     STEP_COUNT
 };
 
-/* What one run took: seconds, counts, bytes. NAN: not told. */
+/* What one run took: seconds, counts, bytes. NAN: not reported. */
 enum metric {
-    RENDER_S,      /* CPU of the rendering thread */
-    RENDER_WALL_S, /* the same by the wall clock */
-    INTERSECT_S,   /* within the kernel alone, CPU; only where rays come in batches */
+    RENDER_S,      /* CPU seconds of the rendering thread */
+    RENDER_WALL_S, /* the same in wall seconds */
+    INTERSECT_S,   /* CPU seconds within the kernel alone; only where rays are traced in batches */
     BUILD_S,       /* wall */
-    PROCESS_S,     /* CPU of the whole process, with loading and writing */
+    PROCESS_S,     /* CPU seconds of the whole process, with loading and writing */
     PROCESS_WALL_S,
     RAYS_PRIMARY,
     RAYS_SHADOW,
@@ -47,7 +47,7 @@ struct measurement {
 /* What stays the same for all runs. */
 struct bench {
     const char *farm, *embree; /* programs */
-    const char *folder;        /* where scenes, pictures and logs go */
+    const char *folder;        /* folder of scenes, pictures and logs */
     uint32_t width, height;
     unsigned samples; /* of STEP_PRIMARY */
 };
@@ -59,15 +59,15 @@ struct kernel_scene {
     bool has_mesh; /* most of it is triangles */
 };
 
-/* The picture that STEP_PICTURE leaves; the caller frees it. */
+/* The path of the picture of STEP_PICTURE; the caller frees it. */
 char *picture_path(const struct bench *bench, const struct kernel_scene *scene,
                    enum program program);
 
-/* false, after saying why: it ended badly, or did not say what it should. */
+/* Runs a program; false, after saying why: it failed, or did not report what it should. */
 bool run_program(const struct bench *bench, const struct kernel_scene *scene, enum program program,
                  enum step step, struct measurement *out);
 
-/* Writes the scene for Tachyon or POV-Ray, in this block's view. */
+/* Writes the scene for Tachyon or POV-Ray, with the view of this block. */
 
 void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,
                   const struct scene *block);

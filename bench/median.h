@@ -1,8 +1,8 @@
-/* The median of what was measured several times. */
+/* The median of repeated measurements. */
 #ifndef FARM_BENCH_MEDIAN_H
 #define FARM_BENCH_MEDIAN_H
 
-/* Of at least one value; sorts them. */
+/* The median of at least one value; sorts the values. */
 double median_of(double *values, unsigned count);
 
 #endif

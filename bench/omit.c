@@ -1,11 +1,11 @@
 /*
- * What is saved by leaving out what a scene does not need.
+ * Measures what is saved by leaving out what a scene does not need.
  *
- * Each case is a scene that lacks something. It is rendered by the variant that leaves that out
- * (farm.variant = auto) and by the one that leaves out nothing (full), in turn, and the pictures
- * have to be the same. Times are CPU times of the thread that renders, from the report, memory is the
- * largest resident set of the process, both as medians of the pairs; time counts as saved when all
- * pairs show it, which happens by chance in one case of 512.
+ * Each case is a scene that lacks something. It is rendered by the variant that leaves that out (farm.variant =
+ * auto) and by the one that leaves out nothing (full), in turn, and the pictures have to be the same. Times are
+ * CPU times of the rendering thread, from the report; memory is the largest resident set of the process; both
+ * are medians over the pairs. Time counts as saved when all pairs show it, which happens by chance in one case
+ * of 512.
  */
 #include <math.h>
 #include <stdio.h>

@@ -1,10 +1,10 @@
 /*
- * Numbers for the oracles: MPFR with a fixed, generous precision, and the few vectors of them that
- * the cases need. Nothing here is shared with the kernel.
+ * Arithmetic for the oracles: MPFR with a fixed, generous precision, and the few vector operations that the
+ * cases need. Nothing here is shared with the kernel.
  *
- * 2048 bits hold every sum and product of the cases' inputs without any rounding (signs of
- * polynomials of degree 8 in doubles whose exponents span 200 binary orders); oracle_exact_begin()
- * and oracle_exact_end() prove it for each use with MPFR's inexact flag.
+ * 2048 bits hold every sum and product of the cases' inputs without any rounding (signs of polynomials of degree
+ * 8 in doubles whose exponents span 200 binary orders); oracle_exact_begin() and oracle_exact_end() prove it for
+ * each use with MPFR's inexact flag.
  */
 #ifndef FARM_BENCH_ORACLE_H
 #define FARM_BENCH_ORACLE_H
@@ -20,7 +20,7 @@
 void oracle_exact_begin(void);
 void oracle_exact_end(void);
 
-/* All numbers of an oracle live in one array, so that they are made and freed together. */
+/* All numbers of an oracle are in one array, so that they are initialised and freed together. */
 void reals_init(mpfr_t *reals, unsigned count);
 void reals_clear(mpfr_t *reals, unsigned count);
 

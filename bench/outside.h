@@ -1,4 +1,4 @@
-/* What benches take from outside and leave there: the environment, and files that they write. */
+/* Environment variables that benches read, and files that they write. */
 #ifndef FARM_BENCH_OUTSIDE_H
 #define FARM_BENCH_OUTSIDE_H
 
@@ -10,14 +10,15 @@
 
 #include "common/message.h"
 
-/* FARM, the program, and MPIEXEC are told as to the tests. Of a variable that is empty or not there, fallback. */
+/* The value of an environment variable, or fallback if it is empty or not set. FARM (the program) and MPIEXEC
+ * are the same as for the tests. */
 static inline const char *from_environment(const char *name, const char *fallback)
 {
     const char *value = getenv(name);
     return value && *value ? value : fallback;
 }
 
-/* A file to be written from its beginning; ends the program when it cannot be. */
+/* Opens a file for writing; ends the program when that fails. */
 static inline FILE *open_to_write(const char *path)
 {
     FILE *file = fopen(path, "w");
@@ -25,7 +26,7 @@ static inline FILE *open_to_write(const char *path)
     return file;
 }
 
-/* Ends the program when not all of it could be written. */
+/* Closes a file; ends the program when not all of it could be written. */
 static inline void close_written(FILE *file, const char *path)
 {
     bool failed = ferror(file) != 0;

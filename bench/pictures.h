@@ -1,4 +1,4 @@
-/* The catalogue's cases that are about rays among many objects, light and whole pictures. */
+/* The cases of the catalogue about rays among many objects, light and whole pictures. */
 #ifndef FARM_BENCH_PICTURES_H
 #define FARM_BENCH_PICTURES_H
 
@@ -20,8 +20,8 @@ run_case run_reference;                                     /* 59, pictures_refe
 
 /* ---- scenes from files ---- */
 
-/* The scene of an .ini, .nff or .obj file; overrides as on the command line, ended by NULL. NULL
- * when it cannot be loaded: stderr has said why. Freed by free(). */
+/* Loads the scene of an .ini, .nff or .obj file; overrides as on the command line, ended by NULL. Returns NULL
+ * when it cannot be loaded, with a message on stderr. Freed by free(). */
 struct scene *picture_load(const char *path, const char *const *overrides);
 
 /* The scene files of config/, config/extreme/ and the folder that SCENES names, or, for a quick
@@ -32,7 +32,7 @@ void picture_files_free(char **files);
 /* A copy of the scene with all lengths multiplied; freed by free(). */
 struct scene *picture_scaled(const struct scene *scene, double factor);
 
-/* A copy, moved by `by` and rounded. */
+/* A copy of the scene, moved by `by` and rounded; freed by free(). */
 struct scene *picture_moved(const struct scene *scene, struct vec3 by);
 
 /* ---- pictures ---- */
@@ -43,18 +43,18 @@ struct picture {
     struct render_counts counts;
 };
 
-/* The whole picture with a tree of its own, or with one that there is. */
+/* Renders the whole picture, with a new tree or with an existing one. */
 struct picture picture_render(const struct scene *scene);
 struct picture picture_render_with(const struct scene *scene, const struct bvh *bvh);
 void picture_free(struct picture *picture);
 
-/* Pixels that differ in any bit. */
+/* The number of pixels that differ in any bit. */
 uint64_t picture_differences(const struct picture *a, const struct picture *b);
 
 /* ---- random objects ---- */
 
-/* So many spheres, triangles, boxes, discs and capped cones of size 0.2 to 4 around the origin, in
- * a cube of edge 20. */
+/* Adds so many spheres, triangles, boxes, discs and capped cones of size 0.2 to 4, in a cube of edge 20 around
+ * the origin. */
 void picture_mixture(struct builder *builder, struct random *random, int count);
 
 /* Sets verdict, samples and wrong. */

@@ -1,4 +1,4 @@
-/* Rows 51-55: long chains of reflections, pruned trees, and media. */
+/* Rows 51-55: long chains of reflections, pruned ray trees, and media. */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Rows 30-32: the same scene elsewhere and in another size. */
+/* Rows 30-32: the same scene at another place and in another size. */
 #include <stdio.h>
 #include <stdlib.h>
 

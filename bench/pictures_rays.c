@@ -1,4 +1,4 @@
-/* Rows 33 and 34: lights in awkward places, and seeing both ways. */
+/* Rows 33 and 34: lights in awkward places, and mutual visibility. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,13 +1,13 @@
 /*
- * Row 59, beyond the catalogue: small pictures of the kernel beside those of the reference renderer
- * in 448 bits, which shares no code with it.
+ * Row 59, beyond the catalogue: compares small pictures of the kernel with those of the reference renderer in
+ * 448 bits, which shares no code with it.
  *
- * A pixel is the same when its floats are the reference's, rounded, or their neighbours. Any other
- * must be explained: by a predicate inside its bound, that is, by a decision of the reference that
- * changes when its own rays, points and normals are displaced by what the kernel may round (the colour
- * is not looked at then: a pixel can hang on several such decisions, and few of their outcomes are
- * among the displaced ones); or, on curved mirrors, by amplification: the colour itself moves as far
- * under those displacements.
+ * A pixel counts as the same when its floats are those of the reference, rounded, or adjacent to them. Any other
+ * has to be explained in one of two ways. Either a predicate was inside its error bound: a decision of the
+ * reference changes when its own rays, points and normals are displaced by what the kernel may round. (The
+ * colour is not compared then: a pixel can depend on several such decisions, and few of their outcomes are among
+ * the displaced ones.) Or, on curved mirrors, errors are amplified: the colour itself changes as much under
+ * those displacements.
  */
 #include <float.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Rows 35-39: the tree of bounds finds what a look at every primitive finds. */
+/* Rows 35-39: the bounding volume hierarchy finds the same hits as a test of every primitive. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

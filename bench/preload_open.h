@@ -1,4 +1,4 @@
-/* For what is loaded in front of the C library (LD_PRELOAD) and has an open() of its own. */
+/* For libraries that are loaded before the C library (LD_PRELOAD) and replace open(). */
 #ifndef FARM_BENCH_PRELOAD_OPEN_H
 #define FARM_BENCH_PRELOAD_OPEN_H
 
@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* The C library's; arguments: what open() has behind its flags. */
+/* Calls open() of the C library; arguments: those of open() after its flags. */
 static int open_next(const char *path, int flags, va_list arguments)
 {
     static int (*next)(const char *, int, ...);
@@ -17,7 +17,7 @@ static int open_next(const char *path, int flags, va_list arguments)
     return next(path, flags, (flags & O_CREAT) ? va_arg(arguments, mode_t) : 0);
 }
 
-/* Whether it is memory that a rank of the farm shares (common/segment.h). */
+/* Whether the path is memory that a rank of the farm shares (common/segment.h). */
 static bool is_segment(const char *path)
 {
     char target[64] = "";

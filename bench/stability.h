@@ -1,11 +1,10 @@
 /*
- * The catalogue of stiff and extreme cases: what each case has to provide, and what cases share.
+ * The catalogue of stiff and extreme cases: the interface of a case, and what the cases share.
  *
- * A case draws random inputs, gives them to the kernel twice, with the paper's formulas and with
- * ours, and compares both with an oracle that shares no code with the kernel: GMP or MPFR numbers,
- * a closed form, a count that topology dictates. Where the tree, or which of equal hits is taken, is
- * looked at and not a formula (rows 23, 35 to 37), it is brute force: the kernel's own tests of
- * every object.
+ * A case draws random inputs, gives them to the kernel twice, with the paper's formulas and with ours, and
+ * compares both with an oracle that shares no code with the kernel: GMP or MPFR numbers, a closed form, or a
+ * count that topology dictates. Where not a formula is tested but the tree, or which of equal hits is taken
+ * (rows 23, 35 to 37), the oracle is brute force: the kernel's own tests of every object.
  */
 #ifndef FARM_BENCH_STABILITY_H
 #define FARM_BENCH_STABILITY_H
@@ -21,7 +20,7 @@
 #include "worker/bvh.h"
 #include "worker/nearest.h"
 
-/* How much work a run may do. */
+/* The amount of work of a run. */
 struct budget {
     uint64_t rays;    /* for most cases: 1e6 at full size */
     uint64_t many;    /* for one unit of the cases that count crossings: 1e8 at full size */
@@ -35,16 +34,16 @@ enum verdict {
     VERDICT_MARKED /* not applicable, or out of reach for the reason in the note */
 };
 
-/* What a case found out. The texts are for the table; a case leaves empty what does not apply. */
+/* The result of a case. The texts are for the table; a case leaves empty what does not apply. */
 struct case_result {
     char paper[96];     /* the paper's formulas, "0.2 r, 31 % wrong" */
-    char ours[96];      /* the same of ours */
+    char ours[96];      /* the same for ours */
     double worst;       /* largest error of ours */
     const char *unit;   /* of worst: "ulp", "u"; NULL when the case only counts decisions */
-    double limit;       /* what worst may be, where there is a unit */
-    uint64_t samples;   /* compared with the oracle */
+    double limit;       /* the most that worst may be, if there is a unit */
+    uint64_t samples;   /* samples that were compared with the oracle */
     uint64_t wrong;     /* wrong decisions of ours */
-    double paper_worst; /* the same of the paper's formulas, of paper_samples; 0: not counted */
+    double paper_worst; /* the same for the paper's formulas, over paper_samples; 0: not counted */
     uint64_t paper_wrong, paper_samples;
     uint64_t fallbacks; /* predicates of ours that needed exact arithmetic */
     enum verdict verdict;
@@ -123,14 +122,14 @@ struct vec3 random_unit(struct random *random);
 /* Unit vectors that make a right-handed frame with axis (unit), turned at random. */
 void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v);
 
-/* In the cube of edge 2 * reach around the origin. */
+/* Uniform in the cube of edge 2 * reach around the origin. */
 static inline struct vec3 random_point(struct random *random, double reach)
 {
     double x = random_between(random, -reach, reach), y = random_between(random, -reach, reach);
     return vec3(x, y, random_between(random, -reach, reach));
 }
 
-/* Whole numbers from -reach to reach. */
+/* Integer coordinates from -reach to reach. */
 static inline struct vec3 integer_point(struct random *random, int reach)
 {
     uint64_t span = 2 * (uint64_t)reach + 1;
@@ -150,20 +149,21 @@ static inline void set_component(struct vec3 *v, unsigned axis, double value)
     *(axis == 0 ? &v->x : axis == 1 ? &v->y : &v->z) = value;
 }
 
-/* ---- counting what was right ---- */
+/* ---- counting errors ---- */
 
-/* Of one set of formulas. Sums and extremes: the order of adding does not matter. */
+/* The errors of one set of formulas: sums and extremes, so that the order of adding does not matter. */
 struct score {
     double worst;      /* largest error */
-    uint64_t worst_at; /* its sample; the first one of equals */
-    uint64_t wrong;    /* decisions */
+    uint64_t worst_at; /* its sample; of equal errors the first one */
+    uint64_t wrong;    /* wrong decisions */
     uint64_t wrong_at; /* the first of them */
 };
 
 struct tally {
     struct score paper, ours;
     uint64_t samples;
-    uint64_t paper_samples; /* when not all of them were given to the paper's formulas; else 0 */
+    /* If not all samples were given to the paper's formulas, how many; else 0. */
+    uint64_t paper_samples;
     uint64_t fallbacks;
 };
 
@@ -208,22 +208,20 @@ void share(const struct budget *budget, int number, uint64_t samples,
            void (*work)(struct block *block, const void *context), const void *context,
            struct tally *total);
 
-/*
- * Fills in samples, worst, wrong, fallbacks and both texts, and the verdict: green when ours has
- * no wrong decision and no error above limit. unit NULL: decisions only.
- */
+/* Fills in samples, worst, wrong, fallbacks, both texts and the verdict: green when our formulas have no wrong
+ * decision and no error above limit. unit NULL: decisions only. */
 void conclude(struct case_result *result, const struct tally *tally, const char *unit,
               double limit);
 
 /* ---- scenes ---- */
 
-/* Most cases make a scene once for so many rays. */
+/* Most cases create a new scene for every so many rays. */
 #define RAYS_PER_SCENE 32
 
 /*
- * How the kernel is asked, but for what is a reference itself. alike, 1 to ALIKE_MAX: each ray goes to it
- * so many times at once, so that packets are tested, too. With one more than a packet or a bundle has, the
- * last of them goes alone and is what the others are compared with.
+ * How the kernel is called, except where it serves as a reference. alike, 1 to ALIKE_MAX: each ray is passed to
+ * it so many times at once, so that packets are tested, too. With one more than a packet or a bundle has, the
+ * last copy is traced alone and is what the others are compared with.
  */
 struct stage_way {
     enum processor_level kernel;
@@ -232,7 +230,7 @@ struct stage_way {
 
 #define ALIKE_MAX 33 /* a bundle, and one */
 
-/* Before the first scene; else it is the highest level, and each ray goes alone. */
+/* To be called before the first scene. Default: the highest level, and each ray alone. */
 void stage_set_way(struct stage_way way);
 enum processor_level stage_kernel(void);
 
@@ -242,10 +240,10 @@ struct stage {
     struct bvh *bvh;
 };
 
-/* A constant text from builder_add_...() other than NULL is a mistake of the case: fatal. */
+/* Checks the result of builder_add_...(): a text other than NULL is an error in the case, and fatal. */
 void expect_added(const char *why);
 
-/* A material that lets half of the light through, so that occluded() counts crossings. */
+/* Adds a material that transmits half of the light, so that occluded() counts crossings. */
 uint32_t stage_material(struct builder *builder);
 void stage_sphere(struct builder *builder, struct vec3 center, double radius);
 void stage_triangle(struct builder *builder, struct vec3 a, struct vec3 b, struct vec3 c);
@@ -261,19 +259,19 @@ void stage_free(struct stage *stage);
 /* The tree of a scene; freed by free(). */
 struct bvh *stage_tree(const struct scene *scene);
 
-/* Entries' room for each primitive of a leaf and its corners, in a tree that a case makes itself; and for
- * what a row of eight places is loaded with behind the last. */
+/* Room, in entries, for each primitive of a leaf and its corners, in a tree that a case makes itself; and for
+ * what is loaded beyond the last one in a row of eight places. */
 #define ENTRY_ROOM (1 + (uint32_t)((sizeof(struct bvh_corners) + CORNER_ROWS * 2 + 3) / 4))
 #define LEAF_END   4
 
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
 
-/* From where a ray has met something, in this direction. */
+/* The ray that continues from a hit in this direction. */
 struct ray stage_going_on(const struct surface *surface, const struct hit *hit,
                           struct vec3 direction);
 
-/* nearest() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.
- * That the same rays meet different things, in any bit, is fatal. */
+/* Calls nearest() for each ray, in the way of stage_set_way(); *fallbacks counts those of all copies. If copies
+ * of a ray differ in any bit of their hits, that is fatal. */
 void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                 size_t count, struct hit *hits, uint64_t *fallbacks);
 
@@ -281,7 +279,7 @@ void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct r
 struct hit stage_nearest(const struct stage *stage, const struct scene *scene,
                          const struct ray *ray, uint64_t *fallbacks);
 
-/* How many surfaces rays cross when all of them have stage_material(); at most 1000. */
+/* Counts the surfaces that rays cross when all surfaces have stage_material(); at most 1000. */
 void stage_crossings(const struct stage *stage, const struct scene *scene, const struct ray *rays,
                      size_t count, unsigned *crossings, uint64_t *fallbacks);
 

@@ -1,4 +1,4 @@
-/* One ray through both sets of formulas, beside what the oracle says of it. */
+/* Traces a ray with both sets of formulas and compares both with the oracle. */
 #ifndef FARM_BENCH_STABILITY_COMPARE_H
 #define FARM_BENCH_STABILITY_COMPARE_H
 

@@ -1,4 +1,4 @@
-/* Rows 26-29: rays that go on from where they met a surface. */
+/* Rows 26-29: secondary rays, which start on the surface that their parent has hit. */
 #include <string.h>
 
 #include "bench/stability.h"

@@ -1,4 +1,4 @@
-/* Rows 22 and 23: triangles without an area, and triangles that lie in each other. */
+/* Rows 22 and 23: degenerate triangles, and coplanar duplicates. */
 #include <stdlib.h>
 #include <string.h>
 

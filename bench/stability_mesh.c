@@ -1,10 +1,10 @@
 /*
  * Rows 17-21: closed meshes.
  *
- * How crossings are counted: every triangle lets half of the light through, so that occluded()
- * returns 2^-k for a ray that crosses k of them; nearest() is asked about the same ray and has to
- * agree on whether k is 0. From a point in the kernel of a star-shaped mesh (a point that sees all
- * of the surface) topology dictates k = 1, from any other point inside that k is odd.
+ * Crossings are counted so: every triangle transmits half of the light, so that occluded() returns 2^-k for a
+ * ray that crosses k of them; nearest() is called for the same ray and has to agree on whether k is 0. From a
+ * point in the kernel of a star-shaped mesh (a point that sees the whole surface) topology dictates k = 1; from
+ * any other point inside, k is odd.
  */
 #include <string.h>
 

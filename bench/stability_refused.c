@@ -1,4 +1,4 @@
-/* Row 10: numbers without a meaning, which the loaders have to refuse. */
+/* Row 10: meaningless numbers, which the loaders have to refuse. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

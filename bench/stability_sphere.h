@@ -1,4 +1,4 @@
-/* What the rows about spheres share: the oracle, and how a row is run. */
+/* What the rows about spheres share: the oracle, and the run of a row. */
 #ifndef FARM_BENCH_STABILITY_SPHERE_H
 #define FARM_BENCH_STABILITY_SPHERE_H
 
@@ -16,19 +16,19 @@ struct sphere_truth {
 /* A, B, C and the discriminant without rounding, so that their signs are those of the inputs. */
 void solve_exactly(mpfr_t *real, const struct sphere *sphere, const struct ray *ray);
 
-/* For a ray that starts on no surface that it names. */
+/* Solves for a ray that names no surface as the one that it starts on (struct ray). */
 void solve_sphere(struct sphere_truth *truth, const struct sphere *sphere, const struct ray *ray);
 
-/* compare_both() with the truth that was solved. */
+/* compare_both() with a truth that was solved. */
 void compare_to_truth(const struct stage *stage, const struct ray *ray, struct sphere_truth *truth,
                       double (*error)(double, mpfr_t), struct tally *tally, uint64_t sample);
 
 struct stage sphere_stage(const struct sphere *sphere);
 
-/* Of a size and place that are stiff in no way. */
+/* A random sphere whose size and place are not stiff. */
 struct sphere any_sphere(struct random *random);
 
-/* Spheres, and rays that are aimed at them. */
+/* A row of the catalogue: random spheres, and rays that are aimed at them. */
 struct sphere_row {
     int number;
     struct sphere (*draw)(struct random *random);
@@ -38,7 +38,7 @@ struct sphere_row {
     double limit;
 };
 
-/* The row's rays through the kernel and the oracle. */
+/* Runs the row: compares the kernel with the oracle. */
 void run_sphere_row(const struct budget *budget, struct case_result *result,
                     const struct sphere_row *row);
 

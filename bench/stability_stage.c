@@ -1,4 +1,4 @@
-/* What the cases share: scenes, threads, and sums of what was right. */
+/* What the cases share: scenes, threads, and sums of errors. */
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Rows 60 and 61: what fills something else to the wall, and edges that rays meet to the last bit. */
+/* Rows 60 and 61: an object that fills another one exactly, and edges that rays hit to the last bit. */
 #include <string.h>
 
 #include "bench/stability.h"
