@@ -147,7 +147,7 @@ static void dismiss_crew(struct run *run)
 /* The picture is complete: returns the exit status. */
 static int conclude(struct run *run, const struct service *service, const struct node_scene *shared)
 {
-    /* as if a single run had rendered all */
+    /* As if a single run had rendered all. */
     double render_s = service->render_s + run->report.resumed.render_s;
     /* Since then the master may have waited for silent renderers. */
     double ended = service->began + service->render_s;

@@ -59,7 +59,7 @@ struct pace {
     struct heap late;  /* the same; on top the one that is to be given up for late first */
     struct heap lost;  /* renderers that are lost and may hold work; on top the longest overdue */
     struct heap spare; /* of these, those that may hold tiles that they have not begun */
-    /* the one renderer that pace_place() has yet to put into the heaps, or HEAP_ABSENT */
+    /* The one renderer that pace_place() has yet to put into the heaps, or HEAP_ABSENT. */
     uint32_t unplaced;
 };
 

@@ -16,7 +16,7 @@ struct post {
     size_t largest;
     char *block; /* memory of all buffers */
     char *buffers[POST_RECEIVES];
-    /* number of the receive in the order of posting, in which they match messages */
+    /* Number of the receive in the order of posting, in which they match messages. */
     uint64_t turns[POST_RECEIVES];
     uint64_t posted;
 

@@ -22,7 +22,7 @@ struct progress {
     double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
     unsigned pass;     /* the pass that is displayed */
     double share;      /* the share shown last; it never decreases within a pass */
-    /* the share of all work that was done when the pass began; 0 in the first one */
+    /* The share of all work that was done when the pass began; 0 in the first one. */
     double begun;
     bool drawn; /* a bar stands on the current line */
 };
@@ -33,7 +33,7 @@ struct progress_state {
     double share_before; /* the part of that which an earlier run has done */
     uint32_t tiles_done, tiles;
     uint32_t tiles_before; /* tiles of earlier passes, which are subtracted from the others */
-    /* pass of adaptive sampling, from 1 on, each of which adds work; 0: not adaptive */
+    /* Pass of adaptive sampling, from 1 on, each of which adds work; 0: not adaptive. */
     unsigned pass;
     uint64_t rays;   /* traced so far, all kinds */
     double limit;    /* seconds after which rendering ends in any case; 0: no such limit */

@@ -52,7 +52,7 @@ struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, in pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    /* renderer 0 is rank 0's own, which loses the time that serving takes */
+    /* Renderer 0 is rank 0's own, which loses the time that serving takes. */
     bool master_renders;
     /* Which renderers share cores; not owned, outlives the queue. NULL: each renderer has its own core. */
     const struct crowd *crowd;
@@ -271,7 +271,7 @@ struct queue_count {
     double share_finished;
     double share_skipped; /* part of the same total that an earlier run finished */
     uint32_t repeated;    /* tiles handed out a second time */
-    /* seconds spent on answers that did not count, or on tiles that were dropped half done before the end */
+    /* Seconds spent on answers that did not count, or on tiles that were dropped half done before the end. */
     double wasted_s;
 };
 struct queue_count queue_count(const struct queue *queue);

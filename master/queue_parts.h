@@ -46,7 +46,7 @@ struct item {
     uint32_t pass;
     float work;  /* predicted */
     float worst; /* predicted, if all of it is as expensive as the most expensive spot around */
-    /* what it took; before it is finished: how long it is known to have been in work */
+    /* What it took; before it is finished: how long it is known to have been in work. */
     float seconds;
     double priority;
     uint32_t copies; /* number of renderers that hold it */

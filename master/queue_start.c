@@ -212,7 +212,7 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
             skip_tile(queue, &tile);
         } else if (finished > 0 && !queue->is_static && split_is_possible(queue, tile.id)) {
             split_tile(queue, tile.id);
-            /* visit the halves: one has this id now, the other one is the last item */
+            /* Visit the halves: one has this id now, the other one is the last item. */
             next = tile.id;
         }
     }

@@ -57,7 +57,7 @@ struct save {
     struct journal *journal;
     struct canvas *canvas;
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
-    /* a pass that cannot be planned as its records in the journal say; 0: none */
+    /* A pass that cannot be planned as its records in the journal say; 0: none. */
     uint32_t refused_pass;
     struct save_found found;
     struct found tiles; /* tiles that were found; from save_start() on only which pixels */
@@ -474,7 +474,7 @@ static void rescue(struct save *save)
                              "/dev/shm"};
     char *name = path_stem(journal_path(save->journal));
     bool moved = false;
-    /* a copy that could not take everything either, replaced by the next one */
+    /* A copy that could not take everything either, replaced by the next one. */
     char *rescued = NULL;
     for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++) {
         char *before = copy_text(journal_path(save->journal));
@@ -496,7 +496,7 @@ struct save_kept save_keep(struct save *save)
     end_thread(save);
     char *asked = copy_text(journal_path(save->journal));
     if (!is_safe(save)) rescue(save);
-    /* even if not everything could be written there */
+    /* Even if not everything could be written there. */
     kept.moved = strcmp(asked, journal_path(save->journal)) != 0;
     free(asked);
     for (size_t i = 0; i < save->waiting.count; i++)

@@ -74,9 +74,9 @@ struct service {
     double master_cpu_s; /* CPU seconds of this thread: serving and planning passes */
     uint64_t messages;   /* received */
     uint64_t answers;    /* number of answers whose time is in service_cpu_s */
-    /* the part of master_cpu_s for these: taking them in, sending more work */
+    /* The part of master_cpu_s for these: taking them in, sending more work. */
     double service_cpu_s;
-    /* sum over answers of the time until they were noticed: upper bound */
+    /* Sum over answers of the time until they were noticed: upper bound. */
     double answer_wait_s;
     double answer_wait_most_s; /* the same: the longest of one answer */
     /* Wall seconds of planning passes, of those passes of which some result has come in. */

@@ -197,7 +197,7 @@ static void put_rows(struct json *json, const struct timeline *timeline,
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
             const struct timeline_entry *entry = rows[next];
             double end = fmin(entry->start_s + (double)entry->busy_s, render_s);
-            /* in vain, after the end of the render phase */
+            /* In vain, after the end of the render phase. */
             if (entry->start_s >= render_s) continue;
             put_gap(json, timeline, free_since, entry->start_s, stats[i].rank);
             put_entry(json, entry, end, stats[i].rank);
