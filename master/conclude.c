@@ -127,7 +127,7 @@ static bool is_one_color(const struct canvas *canvas)
            memcmp(canvas->rgb, canvas->rgb + 3, 3 * others * sizeof *canvas->rgb) == 0;
 }
 
-/* Tells if a whole picture shows nothing, or no light, which is seldom intended. */
+/* Prints a note if a whole picture shows nothing, or no light, which is seldom intended. */
 static void note_emptiness(const struct run *run)
 {
     const struct report *report = &run->report;
@@ -240,7 +240,7 @@ static char *reason(bool deserted)
     return format_text("stopped by %s", strsignal(*stop_signal()));
 }
 
-/* Tells if an old report exists: this run writes none, and the picture beside it has changed. */
+/* Prints a note if an old report exists: this run writes none, and the picture beside it has changed. */
 static void note_old_report(const char *report)
 {
     struct stat status;

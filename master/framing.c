@@ -4,7 +4,7 @@
 
 #include "master/view.h"
 
-/* The picture is so many times as wide as the scene in it: a twentieth stays free on either side. */
+/* The ratio of the picture's width to that of the scene in it: a twentieth stays free on either side. */
 #define MARGIN 1.1
 
 struct frame {

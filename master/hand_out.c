@@ -103,8 +103,8 @@ static size_t put_lot(struct server *server, uint32_t renderer, const struct til
     return bytes;
 }
 
-/* Sends the lot of so many bytes in server->message: in the renderer's tray, or as an MPI message where it has
- * none, the lot is too long for it, or its slot is still full. */
+/* Sends the lot in server->message: in the renderer's tray, or as an MPI message where it has none, the lot is
+ * too long for it, or its slot is still full. */
 static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
 {
     struct tray *tray = tray_of(server, renderer);

@@ -82,7 +82,8 @@ static bool has_room(enum format format, float value)
     return value >= 0 && value <= (format == FORMAT_PNG ? 1 : HDR_LARGEST);
 }
 
-/* Errors are summed in parts of so many pixels, so that the order of summation does not depend on the threads. */
+/* Errors are summed in parts of PART_PIXELS pixels, so that the order of summation does not depend on the
+ * threads. */
 #define PART_PIXELS 65536u
 
 struct loss {

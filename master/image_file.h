@@ -36,14 +36,14 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
 unsigned image_threads(const struct canvas *canvas);
 
 /*
- * Predicted seconds for encoding the picture with so many threads, and for its quantisation if that is wanted.
- * This is measured with a small picture: of parts of this one if it is rendered, else one that is about as hard
- * to compress. Writing to disk is not included.
+ * Predicted seconds for encoding the picture with this number of threads, and for its quantisation if that is
+ * wanted. This is measured with a small picture: of parts of this one if it is rendered, else one that is about
+ * as hard to compress. Writing to disk is not included.
  */
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
                      bool with_quantisation, unsigned threads);
 
-/* Says that the picture is being written, if that is expected to take longer than so many seconds. */
+/* Says that the picture is being written, if that is expected to take longer than `seconds`. */
 void image_announce(const char *path, const struct canvas *canvas, unsigned threads,
                     double seconds);
 

@@ -44,7 +44,7 @@ struct journal {
     struct journal_found found;
 };
 
-/* The least seconds between two syncs: so much may the death of a machine cost. */
+/* The least seconds between two syncs: at least as much may be lost by the death of the machine. */
 #define SYNC_EVERY 5.0
 
 uint64_t journal_picture(const struct scene *scene, uint64_t program)
@@ -465,7 +465,7 @@ static bool copy_file(int from, int to, uint64_t bytes)
     return fdatasync(to) == 0;
 }
 
-/* Reserves so many bytes in a new file where that is possible; false: there certainly is no room for them. */
+/* Reserves space in a new file where that is possible; false: there certainly is no room. */
 static bool has_room_for(int file, uint64_t bytes)
 {
     struct rlimit most;

@@ -86,14 +86,14 @@ bool journal_was_empty(const struct journal *journal);
 /* Its path; valid until the journal is moved or closed. */
 const char *journal_path(const struct journal *journal);
 
-/* Bytes that a record with a payload of so many bytes takes in the file. */
+/* Bytes that a record takes in the file; payload: bytes of its payload. */
 uint64_t journal_record_bytes(size_t payload);
 
 /* Free bytes in its file system; UINT64_MAX: unknown. */
 uint64_t journal_room(const struct journal *journal);
 
-/* Reserves space for so many more bytes, so that it does not matter if the disk fills up meanwhile. Has no
- * effect where that is not possible. */
+/* Reserves space for `bytes` more, so that it does not matter if the disk fills up meanwhile. Has no effect
+ * where that is not possible. */
 void journal_reserve(struct journal *journal, uint64_t bytes);
 
 /*
@@ -117,8 +117,8 @@ double journal_sync_pause(double cost);
 bool journal_stands(const struct journal *journal);
 
 /*
- * Continues the journal in a copy at path, where no file may exist, with space for so many bytes more. The old
- * file stays as it is. false, with no message and nothing changed, when there cannot be such a copy.
+ * Continues the journal in a copy at path, where no file may exist, with space for `more` bytes. The old file
+ * stays as it is. false, with no message and nothing changed, when there cannot be such a copy.
  */
 bool journal_move(struct journal *journal, const char *path, uint64_t more);
 

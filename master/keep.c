@@ -16,7 +16,7 @@ static double per_cent(const struct run *run, uint64_t pixels)
     return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
 }
 
-/* Tells what was taken over; found: pixels in the journal. */
+/* Prints what was taken over; found: pixels in the journal. */
 static void tell_resumed(const struct run *run, uint64_t found)
 {
     const struct resumed *resumed = &run->report.resumed;

@@ -126,8 +126,8 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .stats = run->stats};
 }
 
-/* Gathers at most so many threads, on the cores of all ranks of this node: these ranks all wait for the next
- * plan of adaptive sampling, and in the end for the picture to be written. */
+/* Gathers at most `most` threads, on the cores of all ranks of this node: these ranks all wait for the next plan
+ * of adaptive sampling, and in the end for the picture to be written. */
 static void gather_crew(struct run *run, unsigned most)
 {
     struct core_set own;

@@ -13,10 +13,10 @@
  */
 #define SHARE_PART (1.0 / 4)
 
-/* The least lot, as part of the whole time: the last answers may differ by so much. Where renderers share cores,
- * it is longer by the number of renderers per core; and by LEAST_SHARED, for renderers that take turns finish at
- * about the same time. With 44 on two cores a LEAST_SHARED of 3 makes a tenth fewer answers, which take the
- * master as long. */
+/* The shortest lot, as a part of the whole time: the times at which renderers finish may differ by that. Where
+ * renderers share cores, it is longer by the number of renderers per core; and by LEAST_SHARED, as renderers
+ * that take turns finish at about the same time. With 44 on two cores a LEAST_SHARED of 3 makes a tenth fewer
+ * answers, which take the master as long. */
 #define LEAST_PART   0.003
 #define LEAST_SHARED 2
 
@@ -25,20 +25,20 @@
  * (common/protocol.h). The first lots are long, so that the average is far lower. */
 #define SERVICE_MOST 0.4
 
-/* The worst case of a lot, that all its tiles are as expensive as they may be, is at most this part of an even
- * share, or so many of the least lots. In simulated runs of lantern and garden on 36 to 52 processors a quarter
- * makes 6 to 22 % more messages, and none of them faster; with three eighths single samples of the garden are
- * slower. */
+/* The worst case of a lot, that all its tiles are as expensive as they may be, is at most WORST_PART of an even
+ * share, or WORST_LEAST shortest lots. In simulated runs of lantern and garden on 36 to 52 processors a
+ * WORST_PART of a quarter makes 6 to 22 % more messages, and none of them faster; with three eighths single
+ * samples of the garden are slower. */
 #define WORST_PART  (1.0 / 3)
 #define WORST_LEAST 2
 
-/* A renderer is late when what it holds takes so many times longer than predicted, and a least lot more. In
- * simulated runs of the lantern on 44 processors, one of them four times slower, the worst place for that one
- * loses 5 %; with three times and two least lots 7 %. Nothing else is slower. */
+/* A renderer is late when what it holds takes LATE_FACTOR times as long as predicted, and a shortest lot more.
+ * In simulated runs of the lantern on 44 processors, one of them four times slower, the worst place for that one
+ * loses 5 %; with three times and two shortest lots 7 %. Nothing else is slower. */
 #define LATE_FACTOR 2
 
-/* A renderer reports a tile that takes so many times longer than predicted, and a least lot more. With twice
- * there are a tenth more messages, and single samples of the lantern on 36 to 52 processors take as long. */
+/* A renderer reports a tile that takes TELL_FACTOR times as long as predicted, and a shortest lot more. With
+ * twice there are a tenth more messages, and single samples of the lantern on 36 to 52 processors take as long. */
 #define TELL_FACTOR 3
 
 /* The longest time slice, in seconds, that a process has a core while others wait for it: systems are at 3 to 10
@@ -65,13 +65,13 @@
 #define SERVICE_NEW  0.05
 #define SERVICE_PART (1.0 / 8)
 
-/* When less than this part of a lot would be left after a lot, that rest is added to it; and a renderer that has
- * work gets no lot that is so much smaller. */
+/* When less than this part of a lot would be left after a lot, the rest is added to it; and a renderer that has
+ * work gets no lot that is smaller than this part. */
 #define REST_PART 0.5
 
-/* The weight of a new measurement in the estimate of the delay; and the least lot as a part of the delay: a
+/* The weight of a new measurement in the estimate of the delay; and the shortest lot as a part of the delay: a
  * half, as a renderer has two lots. This bound is never more than LEAST_MOST of the whole time, which is what is
- * lost if the last answer is so much later. */
+ * lost if the last answer is later by that. */
 #define DELAY_NEW   0.05
 #define DELAY_LEAST 0.5
 #define LEAST_MOST  0.02
@@ -194,7 +194,7 @@ void pace_restart(struct pace *pace)
     pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;
 }
 
-/* After the first answer, which tells the scale: all that renderers hold counts as begun now. */
+/* After the first answer, from which the scale is known: all that renderers hold counts as begun now. */
 static void date_unknown(struct pace *pace, double now)
 {
     for (uint32_t i = 0; i < pace->count; i++) {

@@ -69,14 +69,14 @@ void pace_free(struct pace *pace);
 /* Forgets all but the speeds, when the unit of work changes; no renderer holds any work then. */
 void pace_restart(struct pace *pace);
 
-/* To be called when the renderer has been given so much work. */
+/* To be called when the renderer has been given this work. */
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* After pace_restart(): the renderer has held so much work for some time. */
+/* After pace_restart(): the renderer has held this work for some time. */
 void pace_has(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* To be called when the renderer has answered for so much of its work, which took it `busy` seconds; holds: it
- * still holds work. */
+/* To be called when the renderer has answered for `work`, which took it `busy` seconds; holds: it still holds
+ * work. */
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
@@ -89,14 +89,14 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
 void pace_place(struct pace *pace);
 
 /* Seconds for which all renderers with work are predicted to have enough of it; 0: nothing is known. At most the
- * mean of the seconds that each has answered for so far, since the first answers tell little: for cheap tiles
- * the prediction may be several times too long. */
+ * mean of the seconds that each has answered for so far, since the first answers say little: for cheap tiles the
+ * prediction may be several times too long. */
 double pace_calm(struct pace *pace, double now);
 
 /* Marks the renderer, which holds work, as lost; due: when it should have finished its work. */
 void pace_late(struct pace *pace, uint32_t renderer, double due);
 
-/* The seconds after which the renderer is to report that it is still working on a tile of so much work. */
+/* The seconds after which the renderer is to report that it is still working on a tile of this work. */
 double pace_tell_after(const struct pace *pace, uint32_t renderer, double work);
 
 /* Marks all renderers as lost that are late by now; returns whether there were any. */
@@ -105,7 +105,8 @@ bool pace_check(struct pace *pace, double now);
 /* When the next renderer will be given up for late; HUGE_VAL: there is none. */
 double pace_next_late(struct pace *pace);
 
-/* Tells how many seconds the master took for an answer of so many pixels: reading it, and sending more work. */
+/* Reports how many seconds the master took for an answer with this number of pixels: reading it, and sending
+ * more work. */
 void pace_served(struct pace *pace, double seconds, double pixels);
 
 struct pace_lot {
@@ -113,13 +114,14 @@ struct pace_lot {
     double worst; /* work if all tiles are as expensive as they may be */
 };
 
-/* The most work to give to a renderer when so much waits; 0: none at the moment, as it has enough. */
+/* The most work to give to a renderer when `waiting` is the work that waits; 0: none at the moment, as it has
+ * enough. */
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
 
 /* Seconds from now until all that is held and all that waits is done, if all renderers finish at the same time. */
 double pace_even_end(const struct pace *pace, double now, double waiting);
 
-/* Predicted seconds that a renderer takes for so much work; 0 while nothing is known. */
+/* Predicted seconds that a renderer takes for this work; 0 while nothing is known. */
 double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
 
 /* The seconds after which a renderer that has finished a part of a lot answers with that part. */

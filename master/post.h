@@ -32,9 +32,8 @@ int post_ranks(void);
 struct post *post_open(size_t largest);
 
 /*
- * Sends a copy of so many bytes, at once or as soon as the rank receives them. The caller sees to it that
- * messages to a rank that does not answer any more do not pile up: common/protocol.h tells how many there may
- * be.
+ * Sends a copy of the bytes, at once or as soon as the rank receives them. The caller sees to it that messages
+ * to a rank that does not answer any more do not pile up: common/protocol.h tells how many there may be.
  */
 void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size);
 

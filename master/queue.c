@@ -153,7 +153,7 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
     queue_foresee(queue, id);
 }
 
-/* Marks the tile as finished, which took so many seconds; returns what becomes of the answer. */
+/* Marks the tile as finished; seconds: what it took. Returns what becomes of the answer. */
 static enum answer mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
     if (queue->is_static) {

@@ -139,8 +139,8 @@ bool queue_over(struct queue *queue, uint32_t renderer);
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(struct queue *queue);
 
-/* Seconds for which no renderer is predicted to run out of work, so that answers may be left unread for so
- * long. 0: one has run out, or nothing is known. */
+/* Seconds for which no renderer is predicted to run out of work, so that answers may be left unread for that
+ * time. 0: one has run out, or nothing is known. */
 double queue_calm(struct queue *queue, double now);
 
 /* Whether the renderer holds as many lots as it may: it gets no more until it answers. */
@@ -153,18 +153,17 @@ uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer);
 bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
 
 /*
- * The seconds to pass to the functions below for a tile that took the renderer so many wall and CPU
- * seconds. This is the wall time, except where renderers share cores: there the wall time depends on how
- * often the renderer had its turn, so it is the CPU time, multiplied by the ratio of wall to CPU time of
- * all tiles of its group (master/crowd.h) or by the number of renderers per core, whichever is larger.
+ * Converts the wall and CPU seconds of a tile, as the renderer reports them, to the seconds to pass to the
+ * functions below. These are the wall seconds, except where renderers share cores. There the wall time depends
+ * on how often the renderer had its turn, so the CPU time is used, multiplied by the ratio of wall to CPU time
+ * of all tiles of its group (master/crowd.h) or by the number of renderers per core, whichever is larger.
  */
 double queue_seconds(struct queue *queue, uint32_t renderer, double wall, double cpu);
 
 /*
- * The renderer has finished a tile that it holds (asserted), which took it so many seconds (see
- * queue_seconds()). The first answer for a tile counts, later ones are in vain. A piece of a tile that
- * another renderer holds as a whole is kept: the caller keeps its pixels until queue_fate() says whether
- * they count.
+ * The renderer has finished a tile that it holds (asserted). seconds: what the tile took, see queue_seconds().
+ * The first answer for a tile counts, later ones are in vain. A piece of a tile that another renderer holds as a
+ * whole is kept: the caller keeps its pixels until queue_fate() says whether they count.
  */
 enum answer { ANSWER_IN_VAIN, ANSWER_COUNTS, ANSWER_KEPT };
 enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now,
@@ -195,15 +194,15 @@ uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct 
 double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
                          uint32_t count);
 
-/* The renderer has reported that it has been working for so many seconds on a tile that it holds. */
+/* The renderer has reported that it has been working on this tile, which it holds, for `seconds`. */
 void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                       double seconds);
 
 /*
- * A recall: a tile that its renderer need not render any more, which the renderer is to be told. To be
- * asked for after each queue_next() and queue_finish(), until this returns false. The renderer may render
- * the tile all the same. If it drops the tile, after so many seconds of rendering, queue_drop() is to be
- * told; that is allowed only for a tile for which queue_is_recalled() is true.
+ * A recall: a tile that its renderer need not render any more, which the caller is to tell that renderer. To be
+ * called after each queue_next() and queue_finish(), until it returns false. The renderer may render the tile
+ * all the same, or drop it. If it drops it, the caller calls queue_drop(), which is allowed only for a tile for
+ * which queue_is_recalled() is true; seconds: how long the renderer has worked on the tile.
  */
 struct recall {
     uint32_t renderer, id;
@@ -228,7 +227,7 @@ bool queue_probed(struct queue *queue, const struct tile *probe, const float *se
  */
 void queue_end_probes(struct queue *queue, double now);
 
-/* Tells how many seconds the master spent on an answer of so many pixels. */
+/* Reports how many seconds the master spent on an answer with this number of pixels. */
 void queue_served(struct queue *queue, double seconds, double pixels);
 
 /*

@@ -16,8 +16,8 @@
 #define PROBES_OF    4
 #define BLIND_LOTS   4
 
-/* Where renderers share cores, so many renderers per core share the probes. With fewer renderers all probes are
- * back sooner; with too few, the share of one that has stopped would be more than what is not waited for. */
+/* Where renderers share cores, PROBE_SHARES renderers per core share the probes. With fewer, all probes are back
+ * sooner; with too few, the share of one that has stopped would be more than what is not waited for. */
 #define PROBE_SHARES 4
 
 /* A renderer gets its share of the probes. When it has had BLIND_LOTS lots, it gets another share whenever it
@@ -40,8 +40,8 @@ static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile 
     return count;
 }
 
-/* The last phase of a run is the time in which the master takes in so many answers of each other renderer: all
- * have short lots then. Values from 5 to 12 make no difference to single samples on 44 processors, up to 2.5
+/* The last phase of a run is the time in which the master takes in END_ANSWERS answers of each other renderer:
+ * all have short lots then. Values from 5 to 12 make no difference to single samples on 44 processors, up to 2.5
  * there is no gain; with 12, 16 samples of the lantern are 0.1 % slower. */
 #define END_ANSWERS 8
 

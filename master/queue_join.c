@@ -8,7 +8,7 @@
 
 /*
  * The most work that a joined tile may be predicted to be: this part of an even share, and this part of all
- * work. These are a few of the least lots; at the end it is split again into such. Its worst case may be
+ * work. These are a few shortest lots; at the end it is split again into such. Its worst case may be
  * JOINED_WORST times as much.
  *
  * With a fifth of JOINED_OF_SHARE, single samples on 36 to 52 processors of a scene that is cheap all over

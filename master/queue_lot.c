@@ -67,7 +67,7 @@ static uint32_t next_cheap(struct queue *queue, double density)
     return AGENDA_NONE;
 }
 
-/* Adds cheap tiles to those that were taken, up to so many pixels. */
+/* Adds cheap tiles to those that were taken, up to this number of pixels in all. */
 static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot lot, double pixels,
                        double density)
 {

@@ -126,7 +126,7 @@ static inline bool is_of_picture(const struct item *item)
 /* The tile of this id. */
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);
 
-/* Provides memory for so many tiles in all. It is written to, so that its pages are mapped before all renderers
+/* Provides memory for `room` tiles in all. It is written to, so that its pages are mapped before all renderers
  * wait for the queue. */
 void queue_reserve(struct queue *queue, uint32_t room);
 
@@ -145,7 +145,7 @@ bool queue_is_untouched(const struct queue *queue, uint32_t id);
 void queue_count_waiting(struct queue *queue, uint32_t id);
 void queue_uncount_waiting(struct queue *queue, uint32_t id);
 
-/* Marks the tile as finished; it took so many seconds. */
+/* Marks the tile as finished; seconds: what it took. */
 void queue_set_finished(struct queue *queue, uint32_t id, double seconds);
 
 /* Counts the tile in the outlook, according to its state; takes it out again, while it is neither finished nor a
@@ -190,8 +190,7 @@ void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, dou
  * accordingly. */
 void predictions_settle(struct queue *queue, double now);
 
-/* Learns from a tile that is back, or still in work, and has taken the renderer so many seconds; predicted: its
- * work. */
+/* Learns from a tile that is back, or still in work, and has taken the renderer this time; predicted: its work. */
 void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
                        double seconds, double predicted);
 
@@ -226,7 +225,7 @@ struct draft {
 bool lot_has_room(const struct queue *queue, const struct draft *draft, uint32_t id,
                   struct pace_lot lot);
 
-/* Appends the tile, of so much work, to the lot, which has fewer than LOT_TILES. */
+/* Appends the tile to the lot, which has fewer than LOT_TILES; work: predicted. */
 void lot_add(const struct queue *queue, struct draft *draft, uint32_t id, double work);
 
 /* Appends tiles that wait to the draft and hands out the lot; returns how many tiles it has. */

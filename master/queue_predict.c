@@ -87,11 +87,11 @@ void predictions_settle(struct queue *queue, double now)
 
 /* ---- tiles that cost more than predicted ---- */
 
-/* A tile that costs more than so many times what was predicted says something about its neighbours. */
+/* A tile that costs more than SURPRISE times what was predicted says something about its neighbours. */
 #define FAR_DEARER 2
 
-/* Tells that the tile, if it waits, may cost as much as this density (work per pixel); it is then predicted to
- * cost half as much. */
+/* Corrects the prediction of a tile, if it waits: it may cost as much as this density (work per pixel) at worst,
+ * and is predicted to cost half as much. */
 static void warn_of(struct queue *queue, uint32_t id, double density)
 {
     struct item *item = &queue->items[id];

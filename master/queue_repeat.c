@@ -87,8 +87,8 @@ void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
     }
 }
 
-/* The number of pieces of a tile that has taken so many seconds: if the whole takes as long again, each piece
- * takes a least lot at most. */
+/* The number of pieces of a tile that has taken this time: if the whole takes as long again, each piece takes a
+ * shortest lot at most. */
 static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, double seconds)
 {
     return (uint32_t)fmax(2, fmin(2 * seconds / pace_least(&queue->pace, renderer), PIECES_MOST));
@@ -149,7 +149,7 @@ static double known_work(const struct queue *queue, uint32_t renderer, uint32_t 
     return unit > 0 ? (double)queue->items[id].seconds / unit : 0;
 }
 
-/* Whether it pays that the asker, too, does so much of the work that this renderer holds: it is expected to
+/* Whether it pays that the asker, too, does this part of the work that the renderer holds: it is expected to
  * finish first, or the renderer is overdue, so that its end cannot be predicted. */
 static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t asker, double now,
                         double work)
@@ -165,11 +165,11 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
 #define PIECES_EACH 2
 
 /*
- * The number of pieces for `idle` idle renderers of a tile that takes so many seconds. n pieces are rendered in
- * seconds / n at best, and the master takes them in one after the other, in n times what an answer takes it.
- * More pieces than where both are equal, sqrt(seconds / answer), only keep all waiting for the master. Single
- * samples on 36 to 52 processors: two of eight scenes are 1 % faster than with pieces for all that are idle, the
- * others up to 0.4 %.
+ * The number of pieces into which to break a tile for `idle` idle renderers; seconds: what the tile takes. n
+ * pieces are rendered in seconds / n at best, and the master takes them in one after the other, in n times what
+ * an answer takes it. More pieces than where both are equal, sqrt(seconds / answer), only keep all waiting for
+ * the master. Single samples on 36 to 52 processors: two of eight scenes are 1 % faster than with pieces for all
+ * that are idle, the others up to 0.4 %.
  */
 static uint32_t pieces_worth(const struct queue *queue, double seconds, uint32_t idle)
 {
@@ -177,8 +177,8 @@ static uint32_t pieces_worth(const struct queue *queue, double seconds, uint32_t
     return (uint32_t)fmax(2, fmin(sqrt(seconds / queue->pace.service_s), most));
 }
 
-/* The seconds that the renderer's tile of so much work is expected to take another one: the predicted time, plus
- * what the renderer has taken beyond it so far. HUGE_VAL: nothing is predicted yet. */
+/* The seconds that a tile of the renderer, of this predicted work, is expected to take another one: the
+ * predicted time, plus what the renderer has taken beyond it so far. HUGE_VAL: nothing is predicted yet. */
 static double expected_seconds(const struct queue *queue, uint32_t renderer, uint32_t asker,
                                double now, double work)
 {
@@ -197,8 +197,8 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
 }
 
 /* The tile that the first renderer in the heap has begun and that can be given to others; sets *renderer.
- * Renderers whose tile cannot are removed from the heap, or idle ones would wait behind a single pixel for all
- * that comes after it. NULL: there is none. */
+ * Renderers whose tile cannot be given to others are removed from the heap: otherwise idle ones would wait
+ * behind a single pixel for all that comes after it. NULL: there is none. */
 static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker,
                                   uint32_t *renderer)
 {

@@ -18,7 +18,7 @@
 #define SPLIT_SMALL   3
 #define SMALL_SAMPLES 256
 
-/* A tile whose sides are no longer than so many pixels is not split. */
+/* A tile whose sides are no longer than this, in pixels, is not split. */
 #define SPLIT_EDGE 3
 
 /*
@@ -92,9 +92,9 @@ static bool is_small(const struct queue *queue, const struct item *item)
     return area(item) <= DEAR_PIXELS && (uint64_t)area(item) * samples <= SMALL_SAMPLES;
 }
 
-/* The worst case of a tile, that all its pixels cost as much as the most expensive spot around, may exceed
- * queue_config.most_work so many times: with a time limit, a 16th of the limit. Ordinary tiles are far below
- * both bounds. */
+/* How many times queue_config.most_work the worst case of a tile may be, that all its pixels cost as much as the
+ * most expensive spot around: with a time limit that is a 16th of the limit. Ordinary tiles are far below both
+ * bounds. */
 #define WORST_MOST 4
 
 /* Whether the tile is to be split because it may take too long for any renderer. */

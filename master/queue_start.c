@@ -6,7 +6,7 @@
 #include "common/message.h"
 #include "master/queue_parts.h"
 
-/* A probe tile has at most so many probes, so that a lot of probe tiles is spread over the picture. */
+/* The most probes of a probe tile, so that a lot of probe tiles is spread over the picture. */
 #define PROBE_BLOCKS 8
 
 #define TILES_EDGE 64u
@@ -65,8 +65,8 @@ static double scattered(uint32_t i)
     return (double)(uint32_t)(i * UINT32_C(2654435769));
 }
 
-/* Spare room for as many tiles again saves moving all items to a larger block when the first tile is split. At
- * most so many spare items, which is 2 MB: of a large picture few tiles are split. */
+/* Spare room for as many tiles again saves moving all items to a larger block when the first tile is split. This
+ * is the most of it, 2 MB: of a large picture few tiles are split. */
 #define SPARE_ITEMS 16384u
 
 static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)

@@ -16,7 +16,7 @@
 #include "master/journal.h"
 #include "master/path.h"
 
-/* Seconds before anything is written: so much may be lost without harm. */
+/* Seconds before anything is written: what may be lost without harm. */
 #define LATE 1.0
 
 /* Seconds between two writes while tiles come in: waking up for each tile would cost more than writing it. */
@@ -237,7 +237,7 @@ static void take_over(struct save *save)
     save->come.count = 0;
 }
 
-/* Waits, with the lock held, for so long or until something happens. */
+/* Waits, with the lock held, for this time or until something happens. */
 static void wait_for(struct save *save, double seconds)
 {
     struct timespec until = clock_span(clock_wall() + seconds);
@@ -382,8 +382,8 @@ const struct coverage *save_there(const struct save *save)
     return save ? &save->tiles.all : NULL;
 }
 
-/* Bytes that so many more tiles and pixels take. The queue may split tiles: four times as many are ample. How
- * many passes will follow the current one is not known. */
+/* Bytes that further tiles and pixels take. The queue may split tiles: four times as many are ample. How many
+ * passes will follow the current one is not known. */
 static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
 {
     return 4 * tiles * journal_record_bytes(sizeof(struct part_head)) +

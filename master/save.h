@@ -55,10 +55,10 @@ struct found_sums save_used(struct save *save);
  * Valid as long as save is. NULL if save is NULL. */
 const struct coverage *save_there(const struct save *save);
 
-/* Whether the disk has room for so many more tiles and pixels; false after user_error(). */
+/* Whether the disk has room for this number of further tiles and pixels; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);
 
-/* Starts the writing thread: from now on tiles are taken, about so many, of so many pixels together. */
+/* Starts the writing thread: from now on tiles are taken. tiles, pixels: about how many there will be in all. */
 void save_start(struct save *save, uint32_t tiles, uint64_t pixels);
 
 /*

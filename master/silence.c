@@ -7,8 +7,8 @@
  * between waves of rays, every few milliseconds of its own time, with very many lights every tenth of a second. */
 #define ASK_AFTER 1.0
 
-/* A turn of the loop takes milliseconds. Of one that took longer, because the process was stopped or starved,
- * only so many seconds count. */
+/* A turn of the loop takes milliseconds. If one took longer, because the process was stopped or starved, only
+ * this many seconds of it count. */
 #define TURN_MOST 0.1
 
 /* Seconds between two scans of all renderers: with a hundred thousand of them a scan takes longer than all else

@@ -30,7 +30,7 @@ bool snapshot_is_due(const struct snapshot *snapshot, double now);
  * failure is reported; later snapshots are still tried. */
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now);
 
-/* Tells for how many seconds the last one kept the master from serving: the next one is delayed accordingly. */
+/* Reports for how many seconds the last one kept the master from serving: the next one is delayed accordingly. */
 void snapshot_took(struct snapshot *snapshot, double seconds);
 
 /* Waits for what is being written, and writes no more: the file is the caller's again. */

@@ -44,8 +44,8 @@ bool stop_has_launcher(void);
 
 /*
  * Limits the time for which rank 0 waits for the others at the start: unless stop_start_is_over() is called
- * within so many seconds, the job ends with STATUS_RESUMABLE and a message. Otherwise a rank that is stopped
- * before it renders would keep the others waiting for ever, as MPI starts collectively.
+ * within this time, the job ends with STATUS_RESUMABLE and a message. Otherwise a rank that is stopped before it
+ * renders would keep the others waiting for ever, as MPI starts collectively.
  */
 void stop_watch_the_start(unsigned seconds);
 void stop_start_is_over(void);

@@ -31,8 +31,7 @@ static size_t take_unfinished(struct server *server, uint32_t renderer,
     return sizeof *header;
 }
 
-/* Takes in the first part of a RESULT of so many bytes; returns the length of the part, 0: it is not valid. The
- * lock is held. */
+/* Takes in the first part of a RESULT; returns the length of the part, 0: it is not valid. The lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
 {
     struct result_header header;
@@ -159,7 +158,7 @@ static void take_letter(struct server *server, const struct letter *letter)
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) hand_out(server, renderer);
 }
 
-/* Notes that so many answers have waited, at most since messages were last looked for. */
+/* Accounts for the time that `count` answers have waited: at most since messages were last looked for. */
 static void note_waits(struct server *server, double looked, int count)
 {
     struct service *service = server->service;
@@ -197,8 +196,8 @@ static int take_letters(struct server *server, const struct letter *letters, int
     return results;
 }
 
-/* The CPU time is measured for one of so many calls with answers: reading a thread's CPU time is a system call,
- * which takes as long as an answer does (0.6 us in a virtual machine, an answer of one tile 0.5 us). */
+/* The CPU time is measured for one of MEASURED_EACH calls with answers: reading a thread's CPU time is a system
+ * call, which takes as long as an answer does (0.6 us in a virtual machine, an answer of one tile 0.5 us). */
 #define MEASURED_EACH 8
 
 bool take_in(struct server *server)

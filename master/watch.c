@@ -8,8 +8,8 @@
 #include "master/output_file.h"
 #include "master/truth.h"
 
-/* The first row comes so many seconds after the start, every further one when the time has grown by this factor:
- * so they are evenly spaced where error is drawn against time with logarithmic axes. */
+/* The first row comes FIRST_ROW seconds after the start, every further one when the time has grown by
+ * ROW_FACTOR: so they are evenly spaced where error is drawn against time with logarithmic axes. */
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 

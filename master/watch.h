@@ -36,7 +36,7 @@ struct watch {
  * written. */
 bool watch_start(struct watch *watch, const char *csv);
 
-/* Takes in the counts of a tile that became part of the picture, with so many pixels. */
+/* Takes in the counts of a tile that became part of the picture, and the number of its pixels. */
 void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header);
 
 /* Adds a row, and writes a picture, when they are due. The canvas must not change meanwhile. */
@@ -50,7 +50,8 @@ void watch_leave_file(struct watch *watch);
 
 /*
  * Adds the last row, and predicts what a smaller error would cost. render_s: seconds of rendering of all that
- * watch_add() was told. Closes the CSV file; returns false, after saying why, if not all of it could be written.
+ * was passed to watch_add(). Closes the CSV file; returns false, after saying why, if not all of it could be
+ * written.
  */
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast);
 
