@@ -1,3 +1,4 @@
+/* Named numbers that are kept in a file between calls of the bench. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>

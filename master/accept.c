@@ -1,3 +1,5 @@
+/* Accepts finished, dropped and probe tiles: updates the queue, the picture, the journal and the timeline, and
+ * keeps finished pieces of tiles until their fate is known. */
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>

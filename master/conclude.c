@@ -1,3 +1,4 @@
+/* The end of a run on rank 0: writes the picture, the report and all other outputs, or keeps the journal. */
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>

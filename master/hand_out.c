@@ -1,3 +1,4 @@
+/* What the master sends to renderers on other ranks: lots, recalls, and the messages START, PING and STOP. */
 #include <assert.h>
 #include <string.h>
 

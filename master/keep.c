@@ -1,3 +1,4 @@
+/* Taking over what an earlier run has left in the journal, and keeping the journal for a later run. */
 #include <stdlib.h>
 
 #include "common/message.h"

@@ -1,3 +1,5 @@
+/* The second thread of rank 0: a renderer that takes lots from the queue and hands in its tiles under the lock, without
+ * messages. */
 #include <stdlib.h>
 
 #include "common/bell.h"

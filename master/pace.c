@@ -53,10 +53,11 @@
 /* The master's seconds per answer until they are measured: some MPICH messages and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The part of the master's time that may go into partial answers to lots, nearly all of which bring no news:
- * SERVICE_SELDOM, a fifth of the hundredth of a core that the master is to take; but SERVICE_OFTEN, half of that
- * hundredth, rather than that they come less often than progress is to show. In simulated runs of five scenes on
- * 41 to 47 processors a half in place of the fifth made up to a third more messages, and none of them faster. */
+/* The part of the master's time that may go into partial answers to lots, nearly all of which bring no news. It
+ * is SERVICE_SELDOM, a fifth of the hundredth of a core that the master is to take; but it may be SERVICE_OFTEN,
+ * half of that hundredth, where partial answers would otherwise come less often than progress is to show. In
+ * simulated runs of five scenes on 41 to 47 processors a half in place of the fifth made up to a third more
+ * messages, and none of them faster. */
 #define SERVICE_SELDOM 0.002
 #define SERVICE_OFTEN  0.005
 

@@ -18,7 +18,7 @@
 struct pace_renderer {
     double speed;
     double stretch;    /* renderers per core where it runs, at least 1 */
-    double work, busy; /* of its answers: predicted work and measured seconds; the past fades */
+    double work, busy; /* of its answers, older ones fading: predicted work, measured seconds */
     double held;       /* predicted work that it holds */
     double free_at;    /* when it should have finished that; valid while it holds work */
     double since;      /* when it got work after having had none; NAN: not known */

@@ -1,3 +1,5 @@
+/* The passes of adaptive sampling: adds the next pass to the queue when one is complete, cuts pass 0 off when it
+ * would not be done within a time limit, and reserves time for the end of that limit. */
 #include <math.h>
 
 #include "common/clock.h"

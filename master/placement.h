@@ -1,4 +1,4 @@
-/* Rotations, scales and shifts of included parts. */
+/* Placements of included parts of a scene: rotation, uniform scale and translation. */
 #ifndef FARM_MASTER_PLACEMENT_H
 #define FARM_MASTER_PLACEMENT_H
 
@@ -15,14 +15,14 @@ struct placement {
 
 extern const struct placement placement_identity;
 
-/* degrees: about x, then about y, then about z; multiples of 90 are exact. */
+/* Rotates by `degrees` about x, then about y, then about z; multiples of 90 are exact. */
 struct placement placement_make(struct vec3 degrees, double scale, struct vec3 translate);
 
-/* First inner, then outer. */
+/* The placement that applies inner first, then outer. */
 struct placement placement_compose(const struct placement *outer, const struct placement *inner);
 
 struct vec3 place_point(const struct placement *placement, struct vec3 point);
-/* Turns only: normals, and directions without a length. */
+/* Applies the rotation only: for normals, and directions whose length does not matter. */
 struct vec3 place_direction(const struct placement *placement, struct vec3 direction);
 
 /* Whether coordinate axes become coordinate axes, so that an axis-aligned box stays one. */

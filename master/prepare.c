@@ -1,3 +1,4 @@
+/* The start of a run on rank 0: loads the scene, makes the queue, tests the outputs and opens the journal. */
 #include <stdlib.h>
 
 #include "common/clock.h"

@@ -10,8 +10,8 @@
 static const double redraw_s = 0.1; /* as often as an eye can follow */
 static const double line_s = 5;     /* a log of an hour's rendering stays readable */
 
-/* Time constant of the estimate of the time left: 3 s, but in short runs this part of the time so far, for what
- * was estimated in the beginning would outlast them. */
+/* Time constants of smoothing the time left: 3 s; in short runs smooth_part of the time so far, as the first
+ * estimates would otherwise outlast them. */
 static const double smooth_s = 3;
 static const double smooth_part = 0.25;
 

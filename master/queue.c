@@ -1,3 +1,4 @@
+/* The work queue under all schedules: tiles that wait, are out with renderers, and come back. */
 #include <assert.h>
 #include <math.h>
 #include <string.h>

@@ -231,9 +231,9 @@ void queue_end_probes(struct queue *queue, double now);
 void queue_served(struct queue *queue, double seconds, double pixels);
 
 /*
- * Adds a tile while the queue runs (dynamic only); only its x, y, w, h and pass are used. work: its
- * predicted cost in the unit of queue_work(). priority: tiles of higher priority go first; that of the
- * initial tiles is their work per pixel. Returns the id of the tile.
+ * Adds a tile while the queue runs (dynamic only); only its x, y, w, h and pass are used. work: its predicted
+ * cost in the unit of queue_work(). priority: tiles of higher priority go first; that of the initial tiles is
+ * their predicted worst-case work per pixel, rounded down to half an octave. Returns the id of the tile.
  */
 uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
 

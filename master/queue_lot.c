@@ -44,11 +44,11 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 
 /*
  * A pixel costs the master the same whatever is in it. If all cheap pixels came last, they would come faster
- * than the master can take them in. So with each part of the remaining work CHEAP_PART of the same part of the
- * remaining pixels is handed out. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels: cheap
- * tiles with which to end evenly. For cheap tiles a lot may be longer by the factor CHEAP_OVER. Both were found
- * in simulated runs of lantern and garden; a CHEAP_PART of 0.65 in place of 0.5 is 1.5 % faster for the
- * lantern's single samples on 44 processors, with longer tails.
+ * than the master can take them in. So with each fraction of the remaining work, CHEAP_PART of the same fraction
+ * of the remaining pixels is handed out. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels:
+ * cheap tiles, with which renderers finish at about the same time. For cheap tiles a lot may be longer by the
+ * factor CHEAP_OVER. Both were found in simulated runs of lantern and garden; a CHEAP_PART of 0.65 in place of
+ * 0.5 is 1.5 % faster for the lantern's single samples on 44 processors, with longer tails.
  */
 #define CHEAP_PART 0.5
 #define CHEAP_OVER 1.25

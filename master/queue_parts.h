@@ -34,10 +34,9 @@
 /* The most pixels of a lot, unless a single tile has more: 400 KB of floats. */
 #define LOT_PIXELS 32768u
 
-/* The most work that a tile may be predicted to be. Where many renderers share a core, the times that they
- * report can exceed what their clocks let expect by their number, and each such surprise makes the next one
- * larger; predictions have to stay finite numbers. A tile of the most pixels that each took SECONDS_MOST is
- * 1e15. */
+/* The most work that a tile may be predicted to be. Where n renderers share a core, the times that they report
+ * can be n times what their clocks let expect, and each such surprise makes the next one larger; but predictions
+ * have to stay finite numbers. A tile of the most pixels that each took SECONDS_MOST is 1e15. */
 #define WORK_MOST 1e20
 
 /* A tile under the schedules dynamic and tiles; its id is its index in queue.items. */

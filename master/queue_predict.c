@@ -109,8 +109,8 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     queue_set_waiting(queue, id);
 }
 
-/* A tile of pass 0 was more expensive than predicted: warns of the tiles around it, and of what was split off
- * them or it; for a joined tile, around its first part. */
+/* A tile of pass 0 was more expensive than predicted: raises the predictions of the tiles around it, and of what
+ * was split off them or it; for a joined tile, around its first part. */
 static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);

@@ -97,11 +97,11 @@ static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, doub
 /*
  * When to break up a tile that is overdue while others still have work. A tile that takes far longer than
  * predicted may do so for as long again: one that has taken E seconds beyond what was predicted is assumed to be
- * back within R more seconds with a probability of R / E. If it is broken up in vain, E is wasted for one of P
- * renderers; on average that is R / P of the time of all. Let R be the rest of the run. When R / P is less than
- * BREAK_LOSS times E, the tile is broken into pieces while others still have work. If one waited until all are
- * idle, its most expensive pixel would begin last. In simulated runs of lantern and garden on 2 to 44 processors
- * a larger BREAK_LOSS costs few processors up to 3 %, by what is broken up in vain.
+ * back within R more seconds with a probability of R / E. If it is broken up in vain, E seconds of one of P
+ * renderers are wasted; on average that is R / P of the time of all. Let R be the rest of the run. When R / P is
+ * less than BREAK_LOSS times E, the tile is broken into pieces while others still have work. If it were broken
+ * up only when all are idle, its most expensive pixel would begin last. In simulated runs of lantern and garden
+ * on 2 to 44 processors a larger BREAK_LOSS costs few processors up to 3 %, by what is broken up in vain.
  */
 #define BREAK_LOSS (1.0 / 700)
 

@@ -10,9 +10,9 @@
  * samples of the lantern on 36 to 52 processors are 2 % faster than with one figure for both, those of seven
  * other scenes as fast.
  *
- * With more than SMALL_SAMPLES samples in it, the parts of a tile cost as much as the whole, and a small tile
- * may be most of an even share: of 4096 samples of the lantern on 10,000 processors, 8 % more time goes into
- * tiles that count. Values from 64 to 1024 make no difference there.
+ * A small tile with more than SMALL_SAMPLES samples in it is split like a large one: its parts cost no more than
+ * the whole, and it may be most of an even share. So with 4096 samples of the lantern on 10,000 processors 8 %
+ * more goes into tiles that count. Values from 64 to 1024 make no difference there.
  */
 #define SPLIT_FROM    1.5
 #define SPLIT_SMALL   3
@@ -25,9 +25,9 @@
  * Where there are fewer than FEW_PIXELS pixels per processor, a tile whose worst case is more than DEAR_PART of
  * an even share of all work is split in any case, down to DEAR_PIXELS pixels. Neither probes nor neighbours tell
  * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. There a
- * tile of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % in tiles
- * of the lantern of 200 us and more; of 2 x 2 pixels 15 %. Single samples of the lantern on 36 to 52 processors
- * are 4 % faster.
+ * tile of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % more in
+ * tiles of the lantern that take 200 us and more; with 2 x 2 pixels it is 15 %. Single samples of the lantern on
+ * 36 to 52 processors are 4 % faster.
  *
  * FEW_PIXELS is 200 of the smallest tiles, see queue_auto_edge(); with more of them there is time to break up
  * what takes long. A DEAR_PART of 0.07 makes 16 samples of eight scenes up to 0.2 % faster, and single ones 0.5
@@ -85,7 +85,7 @@ static bool is_dear(const struct queue *queue, const struct item *item)
     return (double)item->worst * processors > DEAR_PART * queue->pace.total;
 }
 
-/* Whether parts of the tile cost more than the same pixels in it do. */
+/* Whether parts of the tile cost more than the same pixels within the whole tile. */
 static bool is_small(const struct queue *queue, const struct item *item)
 {
     uint32_t samples = queue->config.samples > 0 ? queue->config.samples : 1;

@@ -1,3 +1,4 @@
+/* Asks renderers from which nothing has come for a while for a sign of life, and gives up those that do not answer. */
 #include <math.h>
 
 #include "common/clock.h"

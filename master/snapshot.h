@@ -16,7 +16,7 @@ struct snapshot {
     double due;    /* when the next one is due: a time of common/clock.h */
     double took_s; /* seconds for which the last one kept the master from serving */
 
-    bool is_writing; /* the thread exists */
+    bool is_writing; /* the writing thread exists */
     atomic_bool is_written;
     bool told_failure;
     pthread_t thread;

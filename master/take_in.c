@@ -1,3 +1,4 @@
+/* What renderers on other ranks send to the master: validates messages and the contents of trays, and handles them. */
 #include <math.h>
 #include <string.h>
 
