@@ -6,8 +6,8 @@
 #include "common/tray.h"
 #include "master/server.h"
 
-/* The most tiles in DROP messages to a renderer that does not answer: twice each tile of all lots that it may
- * hold, when another renderer has got it and when that one has finished it. */
+/* The most tiles in DROP messages to a renderer that does not answer: each tile of all its lots twice, when
+ * another renderer has got it and when that one has finished it. */
 #define DROPS_MOST (2 * LOTS_UNDER_WAY * LOT_TILES)
 
 struct tray *tray_of(const struct server *server, uint32_t renderer)

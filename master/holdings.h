@@ -51,7 +51,7 @@ uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer);
 
 /* The renderer with most open tiles, two at least; HEAP_ABSENT: there is none. The heap is updated only when a
- * lot is complete, as tiles leave all the time and this is asked only at the end; keys that are out of date are
+ * lot is complete, as tiles leave all the time and this is asked only at the end: keys that are out of date are
  * corrected here. */
 uint32_t holdings_most_open(struct holdings *holdings);
 

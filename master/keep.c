@@ -10,8 +10,7 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
     return save_use(save, tile);
 }
 
-/* Per cent of the picture. Numbers of tiles cannot be compared between runs: each run cuts the picture as it
- * needs. */
+/* Per cent of the picture; tiles cannot be compared, as each run cuts them as it needs. */
 static double per_cent(const struct run *run, uint64_t pixels)
 {
     return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
@@ -150,8 +149,7 @@ bool keep(struct run *run, const char *then)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
     char *place = printable_text(kept.path);
-    /* Printed as it is: in a message a newline between quotes would be replaced, and the command would be another
-     * one. */
+    /* Not a message, in which a newline between quotes would be replaced, which makes another command. */
     fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
             plainly ? "" : ", start it in the same way", command);
     free(place);

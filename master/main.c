@@ -363,9 +363,8 @@ static char **copy_arguments(int argc, char **argv)
     return copy;
 }
 
-/* Opens /dev/null in the place of each standard descriptor that is closed. Otherwise MPI would open a connection
- * there, and the table would be written into it. Writing to the replacement fails, which is found out and
- * reported. */
+/* Opens /dev/null in the place of each closed standard descriptor. Otherwise MPI would open a connection there,
+ * and the table would be written into it. Writing to the replacement fails, which is reported. */
 static void occupy_standard_descriptors(void)
 {
     int nowhere;

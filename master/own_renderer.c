@@ -57,7 +57,6 @@ static bool own_keeps(struct server *server, const struct tile *tile)
     return !dropped && !over;
 }
 
-/* Buffers that are reused for every tile. */
 struct own_work {
     float *rgb;                     /* REFINED_FLOATS per pixel */
     struct refinement *refinements; /* one per pixel; NULL: not adaptive */

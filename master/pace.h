@@ -69,14 +69,13 @@ void pace_free(struct pace *pace);
 /* Forgets all but the speeds, when the unit of work changes; no renderer holds any work then. */
 void pace_restart(struct pace *pace);
 
-/* To be called when the renderer has been given this work. */
+/* The renderer has been given this work. */
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 
 /* After pace_restart(): the renderer has held this work for some time. */
 void pace_has(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* To be called when the renderer has answered for `work`, which took it `busy` seconds; holds: it still holds
- * work. */
+/* The renderer has answered for `work`, which took it `busy` seconds; holds: it still holds work. */
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
@@ -84,13 +83,13 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
 void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                   bool holds);
 
-/* Updates the heaps last, soon and late; to be called before they are read. A renderer changes with every tile
- * of an answer and with its next lot, but its places in the heaps are updated only once. */
+/* Updates the heaps last, soon and late, before they are read. A renderer changes with every tile of an answer
+ * and with its next lot, but its places in the heaps are updated only once. */
 void pace_place(struct pace *pace);
 
 /* Seconds for which all renderers with work are predicted to have enough of it; 0: nothing is known. At most the
- * mean of the seconds that each has answered for so far, since the first answers say little: for cheap tiles the
- * prediction may be several times too long. */
+ * mean of the seconds that each has answered for so far: from the first answers, cheap tiles may be predicted
+ * several times too long. */
 double pace_calm(struct pace *pace, double now);
 
 /* Marks the renderer, which holds work, as lost; due: when it should have finished its work. */

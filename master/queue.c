@@ -183,8 +183,8 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
     struct hold hold = take_back(queue, renderer, id);
     bool holds = queue->holdings.holders[renderer].count > 0;
     if (tile.pass == TILE_PROBE) {
-        /* If the last tile that it held was a probe, the renderer may have become late in the meantime. Nothing
-         * else would tell that it has answered. */
+        /* If the last tile that it held was a probe, the renderer may be late by now. Nothing else would tell
+         * that it has answered. */
         if (!holds) pace_dropped(&queue->pace, renderer, now, 0, 0, false);
         dynamic_probed(queue, now);
         return ANSWER_IN_VAIN;

@@ -1,41 +1,40 @@
 /*
- * The work queue of the master: it decides which tiles each renderer gets next, and keeps account of which
- * are finished.
+ * The work queue of the master: it decides which tiles each renderer gets next, and keeps account of which are
+ * finished.
  *
- * Pure C: no MPI, no clock, no scene. The caller passes in times, in seconds since the start of the render
- * phase, by any clock that does not run backwards. Renderers are numbered 0 .. renderers - 1. Not
- * thread-safe: where several threads use one queue, the caller holds a lock.
+ * Pure C: no MPI, no clock, no scene. Times are passed in, in seconds since the start of the render phase, by
+ * any clock that does not run backwards. Renderers are numbered 0 .. renderers - 1. Not thread-safe: where
+ * several threads use one queue, the caller holds a lock.
  *
  *   waiting --queue_next()--> out (with one renderer or more) --queue_finish()--> finished
  *
  * A lot is the batch of tiles that a renderer gets in one message (a "chunk" in the literature on loop
- * scheduling). It is answered as a whole or in parts. A renderer holds up to two lots, so that it need not
- * wait for the next one.
+ * scheduling). It is answered as a whole or in parts. A renderer holds up to two lots, so that it need not wait
+ * for the next one.
  *
  * schedule     who gets what
  * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts the cost of each tile.
- *              Expensive tiles go first, in lots whose size shrinks with the remaining work and follows
- *              the renderer's speed (master/pace.h). Cheap tiles are mixed in, so that pixels come in at
- *              an even rate. Once predictions exist, adjacent cheap tiles are joined; a tile that is
- *              larger than its lot is split. What a late renderer has not begun goes to others. A
- *              renderer reports a tile that takes long (queue_takes_long()), so that it can be treated
- *              as late before the end of its lot is overdue. When nothing waits, idle renderers get
- *              backup copies of the tiles of those that are late, or are going to be; the first answer
- *              counts. The master's own renderer, which loses the time that serving takes, leaves the
- *              last lots to the others.
+ *              Expensive tiles go first, in lots that shrink with the remaining work and follow the renderer's
+ *              speed (master/pace.h). Cheap tiles are mixed in, so that pixels come in at an even rate. Once
+ *              there are predictions, adjacent cheap tiles are joined; a tile that is larger than its lot is
+ *              split. What a late renderer has not begun goes to others. A renderer reports a tile that takes
+ *              long (queue_takes_long()), so that it can be treated as late before its whole lot is overdue.
+ *              When nothing waits, idle renderers get backup copies of the tiles of those that are late, or
+ *              are going to be; the first answer counts. The master's own renderer, which loses the time that
+ *              serving takes, leaves the last lots to the others.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
  *
- * Under all schedules but dynamic, the tiles of a renderer that gives no sign of life (queue_set_silent())
- * go to idle renderers.
+ * Under all schedules but dynamic, the tiles of a renderer that gives no sign of life (queue_set_silent()) go to
+ * idle renderers.
  *
- * With more renderers than cores (master/crowd.h), an idle renderer does not mean an idle core. Tiles and
- * lots are then as large as with one renderer per core, and nothing that a renderer holds is given to
- * another one while all cores have work.
+ * With more renderers than cores (master/crowd.h), an idle renderer does not mean an idle core. Tiles and lots
+ * are then as large as with one renderer per core, and nothing that a renderer holds is given to another one
+ * while all cores have work.
  *
- * With n tiles, P renderers and time t per tile or lot, every queue that keeps no renderer idle while tiles
- * wait finishes by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
+ * With n tiles, P renderers and time t per tile or lot, every queue that keeps no renderer idle while tiles wait
+ * finishes by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
 #ifndef FARM_MASTER_QUEUE_H
 #define FARM_MASTER_QUEUE_H
@@ -111,17 +110,16 @@ uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples
                                uint32_t processors);
 
 /*
- * Takes over what an earlier run has finished; to be called before anything is handed out. The callback
- * returns how many pixels of a tile are finished. Tiles that are finished count as finished here, too;
- * tiles that are finished in part are split (dynamic, tiles).
+ * Takes over what an earlier run has finished, before anything is handed out. The callback returns how many
+ * pixels of a tile are finished. Tiles that are finished count as finished here, too; those that are finished in
+ * part are split (dynamic, tiles).
  */
 typedef uint32_t queue_finished_pixels(void *state, const struct tile *tile);
 void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state);
 
 /*
- * Hands out a lot to the renderer: fills in its tiles and returns their number, at most LOT_TILES. 0: there
- * is nothing for it, either at the moment (it holds enough, or nothing suitable waits) or for good:
- * queue_over() tells which.
+ * Hands out a lot to the renderer: fills in its tiles and returns their number, at most LOT_TILES. 0: there is
+ * nothing for it now (it holds enough, or nothing suitable waits) or ever again: queue_over() tells which.
  */
 uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
                     struct tile tiles[LOT_TILES]);
@@ -132,9 +130,8 @@ uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
 bool queue_over(struct queue *queue, uint32_t renderer);
 
 /*
- * When renderers that got nothing from queue_next(), but are not over, should ask again: when the count
- * that queue_news() returns has changed, or after the time that queue_wake() returns (HUGE_VAL: there is
- * none).
+ * Renderers that got nothing from queue_next(), but are not over, should ask again when the count of
+ * queue_news() has changed, or after the time that queue_wake() returns (HUGE_VAL: there is none).
  */
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(struct queue *queue);
@@ -154,9 +151,9 @@ bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, 
 
 /*
  * Converts the wall and CPU seconds of a tile, as the renderer reports them, to the seconds to pass to the
- * functions below. These are the wall seconds, except where renderers share cores. There the wall time depends
- * on how often the renderer had its turn, so the CPU time is used, multiplied by the ratio of wall to CPU time
- * of all tiles of its group (master/crowd.h) or by the number of renderers per core, whichever is larger.
+ * functions below: the wall seconds, except where renderers share cores. There the wall time depends on how
+ * often the renderer had its turn. So it is the CPU time, multiplied by the ratio of wall to CPU time of all
+ * tiles of its group (master/crowd.h), or by the number of renderers per core if that is larger.
  */
 double queue_seconds(struct queue *queue, uint32_t renderer, double wall, double cpu);
 
@@ -201,8 +198,8 @@ void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, doubl
 /*
  * A recall: a tile that its renderer need not render any more, which the caller is to tell that renderer. To be
  * called after each queue_next() and queue_finish(), until it returns false. The renderer may render the tile
- * all the same, or drop it. If it drops it, the caller calls queue_drop(), which is allowed only for a tile for
- * which queue_is_recalled() is true; seconds: how long the renderer has worked on the tile.
+ * all the same, or drop it: then the caller calls queue_drop(), for a tile for which queue_is_recalled() is
+ * true, with the seconds for which the renderer has worked on it.
  */
 struct recall {
     uint32_t renderer, id;
@@ -212,7 +209,7 @@ struct recall {
     bool finished;
 };
 bool queue_next_recall(struct queue *queue, struct recall *recall);
-bool queue_has_recalls(const struct queue *queue); /* whether there may be any recalls */
+bool queue_has_recalls(const struct queue *queue);
 bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
@@ -252,9 +249,9 @@ double queue_ends(const struct queue *queue, double now);
 void queue_withdraw(struct queue *queue);
 
 /*
- * Sets whether the renderer gives no sign of life. Under all schedules but dynamic, what a silent renderer
- * holds goes to others that have nothing to do; under the static ones the rest of its share does so, too.
- * The dynamic schedule recognises late renderers without this.
+ * Sets whether the renderer gives no sign of life. Under all schedules but dynamic, idle renderers then get what
+ * it holds, under the static ones also the rest of its share. The dynamic schedule recognises late renderers
+ * without this.
  */
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
 

@@ -139,8 +139,8 @@ void queue_unset_waiting(struct queue *queue, uint32_t id);
 /* Whether the tile waits and has never been handed out, neither itself nor a tile that it is a piece of. */
 bool queue_is_untouched(const struct queue *queue, uint32_t id);
 
-/* Adds the tile's work and pixels to the sums of all that wait; subtracts them, as before a change of a tile
- * that goes on waiting. */
+/* Adds the tile's work and pixels to the sums of all that wait; subtracts them, before a tile changes that goes
+ * on waiting. */
 void queue_count_waiting(struct queue *queue, uint32_t id);
 void queue_uncount_waiting(struct queue *queue, uint32_t id);
 
@@ -176,7 +176,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
 /* Marks all renderers as late that are so by now; returns whether there were any. */
 bool dynamic_check_late(struct queue *queue, double now);
 
-/* To be called when a probe tile is back. */
+/* A probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
 
 /* queue_takes_long() for the dynamic schedule. */
@@ -189,7 +189,8 @@ void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, dou
  * accordingly. */
 void predictions_settle(struct queue *queue, double now);
 
-/* Learns from a tile that is back, or still in work, and has taken the renderer this time; predicted: its work. */
+/* Learns from a tile that is back, or still in work, and has taken the renderer these seconds; predicted: its
+ * work. */
 void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
                        double seconds, double predicted);
 
@@ -235,12 +236,12 @@ uint32_t lot_give(struct queue *queue, const struct draft *draft, double now);
 
 /* ---- tiles that are handed out a second time ---- */
 
-/* Appends to the draft tiles that late renderers have not begun, those of the longest overdue one first, before
- * anything that waits: one tile at least if there is any, and one lot at most. */
+/* Appends to the draft tiles that late renderers have not begun, of the longest overdue first, before anything
+ * that waits: one tile at least if there is any, and one lot at most. */
 void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot);
 
-/* For when repeat_late() has found nothing: the tile that the longest overdue renderer is working on is broken
- * into pieces that wait, if that pays. */
+/* For when repeat_late() has found nothing: breaks the tile that the longest overdue renderer is working on into
+ * pieces that wait, if that pays. */
 void repeat_overdue(struct queue *queue, uint32_t asker, double now);
 
 /* Hands out tiles that others hold, when nothing waits, if the renderer is likely to finish them first; returns
@@ -277,11 +278,11 @@ uint32_t queue_idle_cores(struct queue *queue);
  * tile, but at least `work`. false: the tile is too small, or has pieces already. */
 bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work);
 
-/* To be called when the first answer for this tile has come: its pieces are of no use any more. */
+/* The first answer for this tile has come: its pieces are of no use any more. */
 void pieces_drop(struct queue *queue, uint32_t id);
 
-/* To be called when a piece is back: it is kept until its tile is back as a whole. With the last piece that is
- * missing, all pieces count. */
+/* A piece is back: it is kept until its tile is back as a whole. With the last piece that is missing, all pieces
+ * count. */
 void pieces_keep(struct queue *queue, uint32_t id);
 
 #endif

@@ -47,7 +47,6 @@ struct part_head {
     double limit;  /* adaptive_limit() */
 };
 
-/* A list that grows. */
 struct finished_list {
     struct finished *items;
     size_t count, room;
