@@ -50,7 +50,7 @@ static double least_of(const float *costs, size_t count)
     return least;
 }
 
-/* The share of a pixel in what its 8 x 8 tile costs, by what it costs alone. */
+/* Distributes the cost of an 8 x 8 tile among its pixels, in proportion to their costs alone. */
 static void share_among_pixels(struct tile_costs *map, size_t block)
 {
     struct tile tile = level_tile(map, COST_BASE, block);
@@ -82,7 +82,7 @@ void costs_integrate(struct tile_costs *map)
 
 void costs_derive(struct tile_costs *map)
 {
-    /* The cheapest single pixel is nearly nothing but a tile's own cost. */
+    /* The cost of the cheapest single pixel is nearly all fixed cost. */
     map->fixed = least_of(map->levels[0], level_tiles(map, 0));
     for (unsigned level = 0; level < COST_LEVELS; level++)
         map->totals[level] = sum_level(map, level);
@@ -158,7 +158,7 @@ static double integral(const struct tile_costs *map, double x, double y)
     return (1 - v) * ((1 - u) * at[0] + u * at[1]) + v * ((1 - u) * at[row] + u * at[row + 1]);
 }
 
-/* Seconds per map pixel become seconds of the picture: as many samples, as many pixels. */
+/* The factor from seconds of the map to seconds of the picture: more samples, and more pixels per map pixel. */
 static double growth(const struct picture_costs *view)
 {
     return (double)view->scale * view->scale * view->samples / view->map->samples;
@@ -186,7 +186,7 @@ static double base_of_pixels(const struct picture_costs *view, const struct tile
     return sum * pixel;
 }
 
-/* Linear in the logarithm of the samples between the sizes that were measured. */
+/* Interpolates between the sizes that were measured, linearly in the logarithm of the number of samples. */
 double costs_spread(const struct tile_costs *map, double samples)
 {
     double level = log2(samples / map->samples) / 2;
@@ -197,7 +197,7 @@ double costs_spread(const struct tile_costs *map, double samples)
     return (1 - part) * map->spread[below] + part * map->spread[below + 1];
 }
 
-/* The measurement of just this tile; negative when there is none. */
+/* The measurement of exactly this tile; negative when there is none. */
 static double measured(const struct tile_costs *map, const struct tile *tile)
 {
     uint32_t larger = tile->w > tile->h ? tile->w : tile->h;
@@ -230,7 +230,7 @@ static double cost_of_probes(const struct picture_costs *view, const struct tile
     return sum;
 }
 
-/* As if its pixels lay together. */
+/* The cost of a tile as if its pixels were adjacent. */
 static double cost_together(const struct picture_costs *view, const struct tile *tile)
 {
     const struct tile_costs *map = view->map;

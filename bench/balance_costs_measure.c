@@ -13,7 +13,7 @@
 
 /* ---- the scene ---- */
 
-/* The scene at this size, uniformly sampled whatever it asks for; the caller frees it. */
+/* The scene at this size, uniformly sampled regardless of its settings; the caller frees it. */
 static struct scene *load_scene(const char *config, uint32_t width, uint32_t height,
                                 uint32_t samples)
 {
@@ -32,7 +32,7 @@ static struct scene *load_scene(const char *config, uint32_t width, uint32_t hei
     return scene;
 }
 
-/* A renderer of the scene as it is to be measured, and what it needs. */
+/* A renderer for the scene, and what it needs. */
 struct cost_stage {
     struct scene *scene;
     void *bvh;
@@ -65,7 +65,7 @@ struct cost_target {
     float *rgb; /* room for the whole picture, more than any tile needs */
 };
 
-/* What reading the clock twice takes: the least of many. */
+/* Seconds that reading the clock twice takes: the minimum of many. */
 static double clock_cost(void)
 {
     double least = 1;
@@ -82,7 +82,7 @@ static int ascending(const void *a, const void *b)
     return (*x > *y) - (*x < *y);
 }
 
-/* rounds measurements of every tile at `rounds` places in a row become their median. */
+/* Reduces the `rounds` measurements of each tile, which are adjacent in `all`, to their median. */
 static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
 {
     for (size_t i = 0; i < tiles; i++) {
@@ -91,7 +91,7 @@ static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
     }
 }
 
-/* What a round measures: rounds measurements of each tile, at all levels, and of shares. */
+/* The state of measuring: `count` measurements of each tile, at all levels, and of shares. */
 struct rounds {
     unsigned count, round;
     float *all[COST_LEVELS];
@@ -116,8 +116,8 @@ static void measure_tile(const struct cost_target *target, struct rounds *rounds
     rounds->all[level][i * rounds->count + rounds->round] = (float)seconds;
 }
 
-/* A block of the largest tiles, at all levels in turn: so what else the machine does meanwhile weighs
- * on all of them alike, and so do the caches, which know the block by then. */
+/* Measures a tile of the largest level, at all levels in turn. So disturbances by other processes affect all
+ * levels alike, and so do the caches, which hold the block's data by then. */
 static void measure_block(const struct cost_target *target, struct rounds *rounds, size_t block)
 {
     struct tile area = level_tile(target->map, COST_LEVELS - 1, block);
@@ -132,8 +132,9 @@ static void measure_block(const struct cost_target *target, struct rounds *round
 
 #define SHARES (APART_SCHEDULES * (APART_MOST + 1))
 
-/* Of each number of renderers every round takes another one's share, evenly over all of them: shares of all would
- * take more than ten times as long, and rays are as far apart in each. */
+/* The renderer whose share is measured in a round: a different one in every round, evenly spaced over all
+ * renderers. To measure the shares of all would take more than ten times as long, and rays are equally distant
+ * in each. */
 static uint32_t renderer_of_round(uint32_t renderers, unsigned round, unsigned rounds)
 {
     return (uint32_t)((2 * (uint64_t)round + 1) * renderers / (2 * (uint64_t)rounds));
@@ -147,7 +148,8 @@ static double seconds_of(const void *context, const struct tile *tile)
     return clock_thread_cpu() - start;
 }
 
-/* Shares in between blocks: what else the machine does weighs on them as on the tiles that they are compared with. */
+/* Measures shares between blocks of tiles, so that disturbances affect them like the tiles with which they are
+ * compared. */
 static void measure_shares(const struct cost_target *target, struct rounds *rounds, size_t block)
 {
     for (size_t i = block; i < SHARES; i += level_tiles(target->map, COST_LEVELS - 1)) {
@@ -180,7 +182,7 @@ static void measure_levels(const struct cost_target *target, struct rounds *roun
     }
 }
 
-/* Each share that was measured against what the model says of the very same one. */
+/* Compares each share that was measured with the model's cost of the same share. */
 static void compare_shares(struct tile_costs *map, const struct rounds *rounds)
 {
     struct picture_costs view = {.map = map, .scale = 1, .samples = map->samples};

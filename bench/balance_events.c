@@ -22,7 +22,7 @@ const struct event *events_first(const struct events *events)
     return events->count > 0 ? events->heap : NULL;
 }
 
-/* Puts the event where there is a gap, or further up or down. */
+/* Puts the event at a free place of the heap, and moves it up or down from there. */
 static void settle(struct events *events, size_t at, const struct event *last)
 {
     for (; at > 0 && before(last, &events->heap[(at - 1) / 2]); at = (at - 1) / 2)

@@ -62,7 +62,7 @@ static double send_of(const struct sim_renderer *renderer)
     return 1e3 * renderer->send_s;
 }
 
-/* Figures 12 and 13: something of every processor. */
+/* Figures 12 and 13: a value of each processor. */
 static void each_processor(const struct bench_scene *scene, uint32_t processors, const char *kind,
                            double (*value)(const struct sim_renderer *))
 {
@@ -85,7 +85,8 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
     free(name);
 }
 
-/* One of 44 is four times as slow: by how much that costs more than its share. */
+/* One of 44 processors is four times slower: the largest loss beyond the missing share, over several places of
+ * the slow one. */
 static void slow_one(const struct bench_scene *scene)
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
@@ -141,7 +142,7 @@ static void put_lines(FILE *out, const char *kind, const char *scene)
             SCHEDULES_COMPARED + 1, kind, scene);
 }
 
-/* One plot: the columns of the scene's table of that kind. */
+/* Draws a plot of the columns of the scene's table of that kind. */
 static void put_plot(FILE *out, const char *scene, const char *what, const char *kind)
 {
     fprintf(out, "set title '%s%s (simulated)'\nplot ", scene, what);

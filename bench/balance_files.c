@@ -38,10 +38,10 @@ static unsigned map_count;
 
 unsigned bench_rounds = 3;
 
-/* This program, of which the kernel that is measured is a part. */
+/* This program, which contains the kernel that is measured. */
 #define PROGRAM "/proc/self/exe"
 
-/* Whether both are there, and the first was written behind the other. */
+/* Whether both exist, and the first was modified after the other. */
 static bool is_newer(const char *path, const char *other)
 {
     struct stat one, two;
@@ -50,7 +50,7 @@ static bool is_newer(const char *path, const char *other)
            (one.st_mtim.tv_sec == two.st_mtim.tv_sec && one.st_mtim.tv_nsec > two.st_mtim.tv_nsec);
 }
 
-/* The meshes that scenes are made of: whichever of them a scene needs. */
+/* All generated meshes, whichever of them a scene needs. */
 #define MESHES "config/generated/*"
 
 static bool is_newer_than_meshes(const char *path)

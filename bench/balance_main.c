@@ -48,7 +48,7 @@ static void forget_all(void)
     if (system("rm -f " KEPT_FOLDER "/*") != 0) fatal("cannot empty " KEPT_FOLDER);
 }
 
-/* Where they were compared. */
+/* Whether pictures were the same wherever they were compared. */
 static bool pictures_are_same(void)
 {
     bool same = true;

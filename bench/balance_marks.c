@@ -38,7 +38,7 @@ static const struct mark marks[] = {
 
 static unsigned missed, unknown;
 
-/* A line of the table; scene: "" where the mark is of none. */
+/* Prints a line of the table; at_least: the mark is a lower bound. */
 static void put_mark(FILE *out, const char *scene, const struct mark *mark)
 {
     double value = value_get(mark->value, scene), bound = mark->bound;

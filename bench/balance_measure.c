@@ -34,12 +34,12 @@ static const struct {
 
 #define MESSAGE_VALUES (sizeof message_values / sizeof *message_values)
 
-/* The last one is measured in runs of the farm. */
+/* The last value is measured in runs of the farm. */
 #define TILE_VALUE (MESSAGE_VALUES - 1)
 
-/* In a run of many small tiles, by the rank that gets them in messages: thousands, beside which the 2 ms
- * hardly count that are spent once in a run (MPI's first messages, memory that nobody has used yet, the
- * start and the end). */
+/* Measures tile_s in a run of many small tiles, by the rank that gets them in messages. There are thousands of
+ * tiles: compared with them, the 2 ms that are spent once per run hardly count (MPI's first messages, first use
+ * of memory, the start and the end). */
 static double measure_tile(void)
 {
     struct farm_run run;
@@ -71,7 +71,7 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
     free(command);
 }
 
-/* The values in their order, but for the last one: 0. */
+/* Measures all values but the last one, which is set to 0. */
 static void measure_values(double values[MESSAGE_VALUES])
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
@@ -173,7 +173,7 @@ static double dearest_share(const struct tile_costs *map, unsigned level)
 
 static const uint32_t apart_shown[] = {2, 4, 8, 14, 16, 18, 24, 32, 40, 44};
 
-/* What it costs that pixels of a share lie apart. */
+/* Prints how much more shares cost because their pixels are distant. */
 static void put_apart(FILE *out, const struct bench_scene *scene, uint32_t samples)
 {
     static const char *const names[APART_SCHEDULES] = {"cyclic", "cyclic-rows"};

@@ -48,12 +48,12 @@ static double one_way(int rank, int bytes)
     return median_of(times, ROUNDS);
 }
 
-/* ---- the master's loop, over results that are there already ---- */
+/* ---- the master's loop, with results that have already arrived ---- */
 
 #define SLOTS 16
 #define LOTS  (ROUNDS + SLOTS)
 
-/* As if so many renderers were there, of whom each has a tray. */
+/* The number of simulated renderers with a tray. */
 #define TRAYS 44
 
 struct trays {
@@ -88,7 +88,7 @@ static void take_result(struct flood *flood, const char *result)
     canvas_put(&flood->canvas, &flood->tile, (const void *)(result + sizeof header));
 }
 
-/* As take_tray() of master/take_in.c and send_lot() of master/hand_out.c; returns how many results there were. */
+/* Like take_tray() in master/take_in.c and send_lot() in master/hand_out.c; returns the number of results. */
 static int handle_tray(struct flood *flood, uint32_t who)
 {
     struct tray *tray = &flood->trays->tray[who];
@@ -146,7 +146,7 @@ static double serve_flood(uint32_t edge, struct trays *trays)
         int slots[SLOTS], count;
         MPI_Status statuses[SLOTS];
         double start = clock_wall();
-        /* As is_mpi_due() of master/take_in.c: nobody sends a message. */
+        /* Like is_mpi_due() in master/take_in.c: no renderer sends a message. */
         if (trays)
             count = handle_trays(&flood);
         else
@@ -167,7 +167,7 @@ static double serve_flood(uint32_t edge, struct trays *trays)
 
 /* ---- the renderers ---- */
 
-/* A tile's result of so many bytes, which the caller frees. */
+/* Makes a tile's result; the caller frees it. */
 static char *make_result(const struct tile *tile, size_t bytes)
 {
     char *result = allocate_zeroed(bytes, 1);
@@ -176,7 +176,7 @@ static char *make_result(const struct tile *tile, size_t bytes)
     return result;
 }
 
-/* As renderers do in turn: each takes the answer to its last result and leaves the next one. */
+/* Does what renderers do, in turn: each takes the answer to its last result and leaves the next one. */
 static void leave_flood(uint32_t edge, struct trays *trays)
 {
     struct tile tile = {.w = edge, .h = edge, .step = 1}, reply;
@@ -200,7 +200,7 @@ static void leave_flood(uint32_t edge, struct trays *trays)
     free(message);
 }
 
-/* In messages: as many results as may be under way; returns seconds per Isend. */
+/* Sends results in messages, as many as may be under way; returns seconds per Isend. */
 static double send_flood(uint32_t edge)
 {
     static double times[LOTS];
@@ -228,8 +228,10 @@ static double send_flood(uint32_t edge)
 
 #define RENDERERS 44
 
-/* A picture of 640 x 480 at one sample per pixel, of which a fifth is ten times as dear as the rest, as the
- * master works it off: all renderers in turn answer one lot and ask for more. */
+/*
+ * The queue at work as the master uses it, for a picture of 640 x 480 at one sample per pixel, a fifth of which
+ * is ten times as expensive as the rest: all renderers in turn answer one lot and ask for more.
+ */
 struct job {
     struct queue *queue;
     double now;
@@ -290,7 +292,7 @@ static void ask(struct job *job, uint32_t who)
         if (count == 0) break;
         job->renderers[who].counts[slot] = count;
         job->renderers[who].lots++;
-        /* What goes into the message: master/hand_out.c. */
+        /* The contents of the message: as in master/hand_out.c. */
         const struct tile *tiles = job->renderers[who].tiles[slot];
         (void)queue_answer_after(job->queue);
         (void)queue_lot_seconds(job->queue, who, tiles, count);
@@ -346,11 +348,11 @@ static double nap_overshoot(void)
     return median_of(times, 200);
 }
 
-/* Of square tiles: below RESULT_SHORT bytes, and above. */
+/* Edges of square tiles: below RESULT_SHORT bytes, and above. */
 #define WHOLE_EDGE 24
 #define LARGE_EDGE 32
 
-/* What the master takes for a result, and for each of its pixels. */
+/* The master's seconds per result, and per pixel of it. */
 struct service {
     double result_s, pixel_s;
 };

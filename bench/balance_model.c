@@ -15,20 +15,20 @@
 #define PICTURE KEPT_FOLDER "/model.pfm"
 #define TRACE   KEPT_FOLDER "/model.trace.json"
 
-/* READY and STATS of every renderer that sends messages are no answers. */
+/* Messages without READY and STATS of each renderer on another rank, which are no answers. */
 static double answers_of(const struct farm_run *run)
 {
     return fmax(0, run->messages - 2.0 * (run->renderers - 1));
 }
 
-/* Seconds of the master in serving answers. */
+/* Seconds that the master spends serving answers. */
 static double serving_of(const struct farm_run *run)
 {
     return run->service_s * answers_of(run);
 }
 
-/* What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time
- * beside tiles as that run tells. */
+/* The message costs for a run: transfer times as between two ranks that do nothing else, CPU time besides tiles
+ * as measured in that run. */
 static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
                                         const struct message_costs *alone)
 {
@@ -48,7 +48,7 @@ static void scale_serving(struct message_costs *costs, double factor)
     costs->tray_pixel_s *= factor;
 }
 
-/* What is measured once for all rows, in the same minutes. */
+/* What is measured once for all rows, within the same minutes. */
 struct surroundings {
     struct message_costs messages;
     double slice_s;
@@ -79,8 +79,8 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
     trace_starts(trace, run->renderers, starts);
     machine.starts = starts;
     schedule_simulate(schedule, &machine, &costs, &outcome);
-    /* Between two answers the caches forget the master, who then takes some times longer than where answers
-     * are all that there is: for all that he does, in the same proportions. */
+    /* Between two answers the master's data are evicted from the caches, so that it takes some times longer than
+     * when it serves answers without pause: for everything it does, in the same proportions. */
     if (outcome.master_s > 0) scale_serving(&machine.messages, serving_of(run) / outcome.master_s);
     sim_outcome_free(&outcome);
     schedule_simulate(schedule, &machine, &costs, &outcome);
@@ -91,9 +91,11 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
     return seconds;
 }
 
-/* Of one run: wall seconds of rendering, as they were, as the simulated farm has them, and as they would
- * be if nobody ever waited and nothing but tiles took any time; the part of a core that ranks had while
- * they rendered, on average; and the part of the cores' time that the farm used. */
+/*
+ * Values of one run: wall seconds of rendering as measured, as simulated, and in the ideal case that nothing but
+ * tiles takes time and no rank waits; the average part of a core that ranks had while they rendered; and the
+ * part of the cores' time that the farm used.
+ */
 struct comparison {
     double measured, simulated, ideal, share, used;
 };
@@ -124,7 +126,7 @@ static struct comparison compare(unsigned scene, const struct row *row,
     return both;
 }
 
-/* Returns by how much the simulated farm is off, in the median of the runs. */
+/* Prints a row; returns the relative error of the simulation, the median over runs. */
 static double put_row(FILE *out, unsigned scene, const struct row *row, unsigned runs,
                       const struct surroundings *around)
 {

@@ -7,11 +7,11 @@
 #include "bench/balance_schedules.h"
 #include "common/message.h"
 
-/* 7680 x 4320: the middle of the measured picture, every pixel of it 12 x 12. */
+/* A picture of 7680 x 4320: the middle of the measured one, each pixel of which becomes 12 x 12. */
 #define SCALE 12
 #define TOP   60
 
-/* Of the network: 100 Gbit/s, and an atomic operation on memory of another node. */
+/* The network: seconds per byte at 100 Gbit/s, and seconds of an atomic operation on memory of another node. */
 #define NETWORK_BYTE_S 0.08e-9
 #define ATOMIC_S       0.2e-6
 
@@ -24,7 +24,7 @@ static struct picture_costs large_costs(const struct bench_scene *scene, uint32_
     return costs;
 }
 
-/* A farm of nodes of so many cores, with nothing but serving on rank 0. */
+/* A farm of nodes with node_cores cores each, with nothing but serving on rank 0. */
 static struct machine large_machine(uint32_t renderers, uint32_t node_cores, double latency_s)
 {
     struct machine machine = apart_machines(renderers / node_cores);
@@ -35,7 +35,7 @@ static struct machine large_machine(uint32_t renderers, uint32_t node_cores, dou
     return machine;
 }
 
-/* From 0.5 to 2, evenly spread over the logarithm, in an order without a pattern. */
+/* Speeds from 0.5 to 2, uniform in the logarithm, in an order without a pattern. */
 static double *uneven_speeds(uint32_t count, double *sum)
 {
     double *speeds = allocate(count, sizeof *speeds);
@@ -50,8 +50,8 @@ static double *uneven_speeds(uint32_t count, double *sum)
 
 struct plan {
     double render_s, efficiency;
-    double master;   /* share of the time that it was serving */
-    double repeated; /* tiles that were handed out twice, per tile */
+    double master;   /* part of the time in which the master serves */
+    double repeated; /* ratio of tiles that were handed out twice */
 };
 
 static struct plan plan_run(const struct machine *machine, const struct picture_costs *costs,
@@ -80,7 +80,8 @@ static int dearest_first(const void *a, const void *b)
     return (x->cost < y->cost) - (x->cost > y->cost);
 }
 
-/* Tiles of edge x edge; what they cost is taken for known, as after a pre-pass on every rank. */
+/* Tiles of edge x edge, the most expensive first; their costs are assumed to be known, as after a pre-pass on
+ * every rank. */
 static struct index_tile *ordered_tiles(const struct picture_costs *costs, uint32_t edge,
                                         uint32_t *count)
 {
@@ -97,8 +98,9 @@ static struct index_tile *ordered_tiles(const struct picture_costs *costs, uint3
 }
 
 /*
- * Every renderer takes the next index by an atomic operation on rank 0's memory, one after another
- * there, and puts its pixels where they belong by one-sided messages, which share rank 0's link.
+ * Simulates an index in an RMA window: every renderer gets the next index by an atomic operation on rank 0's
+ * memory, where these operations are serialised, and writes its pixels to their place by one-sided messages,
+ * which share rank 0's link.
  */
 static struct plan index_run(const struct picture_costs *costs, uint32_t renderers, uint32_t edge,
                              double latency_s)
@@ -198,7 +200,7 @@ static void put_head(FILE *out)
                  "busy | repeated |\n|---|---|---|---|---|---|---|---|---|\n");
 }
 
-/* Samples per pixel: of a quick look, of a good picture, of the paper's cost per pixel or so. */
+/* Samples per pixel: for a preview, for a good picture, and for about the paper's cost per pixel. */
 static const uint32_t plan_samples[] = {16, 256, 4096};
 
 static void put_saturation(FILE *out, FILE *csv)

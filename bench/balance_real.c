@@ -10,11 +10,12 @@
 #include "common/message.h"
 
 #define SAMPLES   16
-#define PAIRS     5u /* of runs with a renderer slowed and without */
-#define TURNS     11u /* of -n 1 and -n 2: odd. Ratios of single ones were seen to differ by a third */
-#define MANY_RUNS 5u /* with forty-four ranks: odd */
+#define PAIRS     5u /* pairs of runs with a slowed renderer and without */
+/* Pairs of -n 1 and -n 2: odd. Ratios of single pairs were seen to differ by a third. */
+#define TURNS     11u
+#define MANY_RUNS 5u /* runs with forty-four ranks: odd */
 #define PHASES    7
-#define RENDERING 4 /* of them */
+#define RENDERING 4 /* index of the phase */
 #define ONE_FILE  KEPT_FOLDER "/one.pfm"
 #define MANY_FILE KEPT_FOLDER "/many.pfm"
 #define TRACE     KEPT_FOLDER "/real.trace.json"
@@ -40,7 +41,7 @@ static void phases_of(const struct farm_run *run, double seconds[PHASES])
     memcpy(seconds, all, sizeof all);
 }
 
-/* Returns the CPU seconds of rendering, of the rank that needs most. */
+/* Runs the farm; returns the CPU seconds of rendering of the rank that needs most. */
 static double run_phases(const struct bench_scene *scene, unsigned ranks, const char *picture,
                          double seconds[PHASES])
 {
@@ -54,9 +55,11 @@ static double run_phases(const struct bench_scene *scene, unsigned ranks, const 
     return cpu;
 }
 
-/* How much more two of these cores get done at the same time than one: two farms of one rank beside each
- * other, against one that took so many seconds. What they have in common (memory, power, whoever else is on
- * the machine) is what no schedule can give back. */
+/*
+ * The throughput of two of these cores at the same time compared with one: two farms of one rank side by side,
+ * against one farm that took render_s seconds. What the cores share (memory, power, other users of the machine)
+ * is a loss that no schedule can recover.
+ */
 static double cores_gain(const struct bench_scene *scene, double render_s)
 {
     char *options = format_text("sampling.samples=%d", SAMPLES);
@@ -72,7 +75,7 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
     bool same = true;
     for (unsigned i = 0; i < pairs; i++) {
         double a[PHASES], b[PHASES], cpu = 0, cpu_of_two;
-        /* In turn first: a machine that slows down while they run favours neither. */
+        /* The order alternates: a machine that slows down meanwhile favours neither. */
         if (i % 2 == 0) cpu = run_phases(scene, 1, ONE_FILE, a);
         cpu_of_two = run_phases(scene, 2, MANY_FILE, b);
         if (i % 2 == 1) cpu = run_phases(scene, 1, ONE_FILE, a);
@@ -113,7 +116,7 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
 
 /* ---- forty-four ---- */
 
-/* Once more with what shows who did what, which costs rank 0 a little: beside what is measured. */
+/* Another run for the pictures of who rendered what, which cost rank 0 a little: apart from the measured runs. */
 static void draw_many(const struct bench_scene *scene, unsigned ranks)
 {
     struct farm_run run;
@@ -126,7 +129,7 @@ static void draw_many(const struct bench_scene *scene, unsigned ranks)
     free(options);
 }
 
-/* Medians of so many runs. */
+/* Prints the medians of `runs` runs. */
 static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks, unsigned runs)
 {
     double render[MANY_RUNS], total[MANY_RUNS], messages[MANY_RUNS], cpu[MANY_RUNS];
@@ -154,7 +157,7 @@ static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks,
 
 /* ---- a rank that waits ---- */
 
-/* One row in strips: rank 0 has all of it, the others nothing. */
+/* A picture of one row, in strips: rank 0 has all of it, the others nothing. */
 static void report_waiting(FILE *out)
 {
     const unsigned ranks = 4;
@@ -172,8 +175,10 @@ static void report_waiting(FILE *out)
 
 /* ---- a renderer of a quarter of the speed ---- */
 
-/* A run of two ranks: `best_s` is what its tiles and probes took of both cores, shared out evenly
- * between one of them and the share of the other one that rank 1 got. */
+/*
+ * A run of two ranks. best_s: the ideal time, which is the cost of its tiles and probes divided by the cores
+ * that the ranks had: one, and the part `share` of the other one that rank 1 got.
+ */
 struct two_ranks {
     double render_s, best_s, share;
 };
@@ -196,9 +201,12 @@ static struct two_ranks run_two(const struct bench_scene *scene, bool slow)
     return two;
 }
 
-/* What the farm loses of the cores' time when rank 1 shares its core with three processes that do nothing
- * but use it, beside what it loses when nobody does. Each run against its own work: the machine's speed
- * varies by more than what is to be told from minute to minute. Beside it by the wall alone. */
+/*
+ * Measures how much of the cores' time the farm loses when rank 1 shares its core with three processes that do
+ * nothing but use it, compared with its loss without them. Each run is compared with the cost of its own tiles,
+ * as the machine's speed varies from minute to minute by more than the effect. For comparison, the same by wall
+ * time alone.
+ */
 static void measure_slow(FILE *out, const struct bench_scene *scene)
 {
     double shares[PAIRS], times[PAIRS], best[PAIRS], lost[PAIRS], lost_evenly[PAIRS];

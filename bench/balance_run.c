@@ -14,7 +14,7 @@ const char *farm_program(void)
     return from_environment("FARM", "./farm");
 }
 
-/* Each worker has a line of its own, which begins with its rank. */
+/* Each worker is on its own line, which begins with its rank. */
 static void read_workers(struct farm_run *run, const char *text)
 {
     const char *at = strstr(text, "\"workers\":");
@@ -45,14 +45,14 @@ static void read_report(struct farm_run *run, const char *text)
     read_workers(run, text);
 }
 
-/* The arguments of the farm, as the shell reads them. */
+/* The farm's arguments, as text for the shell. */
 static char *arguments_of(const char *config, const char *picture, const char *options)
 {
     return format_text("%s output.image=%s output.report=%s.json output.journal= %s", config,
                        picture, picture, options);
 }
 
-/* For the shell. */
+/* A command for the shell. */
 static char *command_of(const char *launch, const char *picture)
 {
     return format_text("%s %s >%s.log 2>&1", from_environment("MPIEXEC", "mpiexec"), launch,

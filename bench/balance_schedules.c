@@ -22,7 +22,7 @@ static const enum schedule schedules[] = {
     [FULL] = SCHEDULE_DYNAMIC,
 };
 
-/* The renderers on the cores that they share. */
+/* The crowd of the renderers, for machines whose cores they share. */
 static void share_cores(struct crowd *crowd, const struct machine *machine)
 {
     struct berth *berths = allocate(machine->renderers, sizeof *berths);
@@ -36,7 +36,7 @@ static void share_cores(struct crowd *crowd, const struct machine *machine)
     free(berths);
 }
 
-/* A fresh queue, as the farm makes it. */
+/* A new queue, as the farm creates it. */
 static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
                                     uint32_t samples, const struct machine *machine,
                                     const struct crowd *crowd)

@@ -109,7 +109,7 @@ static bool step(struct sim *sim)
     return true;
 }
 
-/* What was under way when the last tile came in. */
+/* Ends the simulation: gives up what is under way when the last tile comes in, and frees all. */
 static void give_up(struct sim *sim)
 {
     for (uint32_t i = 0; i < sim->machine->renderers; i++)
@@ -126,7 +126,7 @@ static void give_up(struct sim *sim)
     cores_free(sim);
 }
 
-/* Rank 0's renderer takes what it gets before the others. */
+/* Starts the simulation; rank 0's renderer takes its lots before the others. */
 static void begin(struct sim *sim)
 {
     const struct machine *machine = sim->machine;

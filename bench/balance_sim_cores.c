@@ -48,7 +48,7 @@ static void wait_first(struct sim *sim, uint32_t who)
     if (sim->back == NOBODY) sim->back = who;
 }
 
-/* The one behind this one waits no longer; behind NOBODY is the first one. */
+/* Removes the renderer after `before` from the queue; NOBODY: the first one. */
 static void take_out(struct sim *sim, uint32_t before)
 {
     uint32_t *link = before == NOBODY ? &sim->front : &sim->renderers[before].behind;
@@ -74,15 +74,15 @@ static bool all_busy(const struct sim *sim)
     return true;
 }
 
-/* What the renderer has done since the last time goes off what it has to do. */
+/* Subtracts what the renderer has done since the last time from what is left of its part. */
 static void account_for(struct sim *sim, struct core *core)
 {
     sim->renderers[core->who].part->left_s -= (sim->now - core->since) * core->rate;
     core->since = sim->now;
 }
 
-/* Until it is done, or until its slice is over. What the master takes in looking for messages comes from
- * all cores alike, when none is idle. */
+/* Continues with the part until it is done, or until the time slice is over. What the master uses for looking
+ * for messages is taken from all cores equally, if none is idle. */
 static void go_on_with(struct sim *sim, uint32_t index)
 {
     struct core *core = &sim->cores[index];
@@ -105,7 +105,7 @@ static void start(struct sim *sim, uint32_t index, uint32_t who)
     go_on_with(sim, index);
 }
 
-/* The core is free for the next one. */
+/* Frees the core for the next renderer. */
 static void leave(struct sim *sim, uint32_t index)
 {
     struct core *core = &sim->cores[index];

@@ -14,7 +14,7 @@ static double pixels_of(const struct part *parts)
     return pixels;
 }
 
-/* Of a result: its event says whether it lies in a tray. */
+/* The master's seconds for a result; its event says whether it is in a tray. */
 static double service_time(const struct sim *sim, const struct event *letter)
 {
     const struct message_costs *costs = &sim->machine->messages;
@@ -37,7 +37,7 @@ static void serve(struct sim *sim, double span)
         sim->renderers[0].debt_s += span;
 }
 
-/* Rank 0's own renderer looks itself for what it has not begun. */
+/* Rank 0's own renderer checks tiles that it has not begun by itself. */
 void sim_tell_recalls(struct sim *sim, double time)
 {
     struct recall recall;
@@ -51,7 +51,7 @@ void sim_tell_recalls(struct sim *sim, double time)
     }
 }
 
-/* Whether the renderer got anything. */
+/* Hands out lots to the renderer; returns whether it got any. */
 static bool hand_out(struct sim *sim, uint32_t who, double time)
 {
     const struct message_costs *costs = &sim->machine->messages;
@@ -98,7 +98,7 @@ void sim_ready(struct sim *sim, uint32_t who)
     begin_idling(sim, sim->now);
 }
 
-/* As the master does whenever it has looked for messages. */
+/* What the master does after each look for messages. */
 static void hand_out_to_idle(struct sim *sim)
 {
     uint64_t news = queue_news(sim->queue);
@@ -107,7 +107,7 @@ static void hand_out_to_idle(struct sim *sim)
     if (late) queue_look(sim->queue, sim->now);
     if (all || late) hand_out_to(sim, all);
     sim->news = news;
-    /* A wake-up that changed nothing comes again with the next long nap. */
+    /* A wake-up that changed nothing is repeated after the longest nap. */
     double wake = queue_wake(sim->queue);
     if (wake <= sim->now) wake = sim->now + NAP_LONGEST;
     if (wake < sim->check) sim_at(sim, sim->check = wake, EVENT_CHECK, 0, NULL);
@@ -135,7 +135,7 @@ static void serve_next(struct sim *sim, double from)
     sim_at(sim, from + span, EVENT_SERVED, 0, NULL);
 }
 
-/* When the master looks next if nobody wakes it. One who can be woken sleeps long at once. */
+/* When the master next looks for messages if it is not woken. If it can be woken, it sleeps long from the start. */
 static double looks(const struct sim *sim)
 {
     double nap = sim->machine->rings ? NAP_SELDOM : sim->nap.seconds;
@@ -158,14 +158,14 @@ void sim_ring(struct sim *sim)
     if (sim->machine->rings && !sim->serving && sim->letter_count > 0) look_at(sim, sim_woken(sim));
 }
 
-/* Events of a look that was put off for an earlier one are of no use. */
+/* Events of a look that was replaced by an earlier one are void. */
 void sim_look(struct sim *sim)
 {
     if (!sim->serving && sim->now >= sim->look) serve_next(sim, sim->now);
 }
 
-/* Whether who has sent this has rung behind it: it says that a tile takes long, or he has nothing left, or has
- * called for more. */
+/* Whether the sender has rung the bell after this result: because it reports that a tile takes long, has nothing
+ * left, or has called for more. */
 static bool has_rung(const struct renderer *renderer, const struct part *parts)
 {
     for (; parts; parts = parts->next)

@@ -17,21 +17,21 @@ bool is_own(const struct sim *sim, uint32_t who)
     return who == 0 && sim->machine->master_renders;
 }
 
-/* When it begins is given: then it has a core. */
+/* Whether the renderer begins its first part. With given start times it has a core then. */
 static bool is_just_starting(const struct sim *sim, uint32_t who)
 {
     return sim->machine->starts && sim->outcome->renderers[who].busy_s == 0;
 }
 
-/* Whether it is to be told if the part takes long: by worker/work.c, that is not by rank 0's own renderer, nor
- * where cores are shared. */
+/* Whether the renderer reports a part that takes long. worker/work.c does so; rank 0's own renderer does not,
+ * nor do renderers that share cores. */
 static bool tells(const struct sim *sim, uint32_t who, const struct part *part)
 {
     bool single = !sim->cores && sim->machine->node_cores == 1;
     return single && !is_own(sim, who) && part->tile.pass != TILE_PROBE;
 }
 
-/* It is told of the part if it is in work for so long. */
+/* Schedules the report of a part, if it will be in work for `seconds`. */
 static void tell_after(struct sim *sim, uint32_t who, const struct part *part, double seconds)
 {
     struct event tell = {
@@ -57,8 +57,7 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 
 static void end_part(struct sim *sim, uint32_t who, struct part *part);
 
-/* Half way through the last lot that it has, the renderer wakes the master: call_for_more() of
- * worker/work.c. */
+/* Half way through its last lot, the renderer wakes the master: call_for_more() in worker/work.c. */
 static void call_for_more(struct sim *sim, uint32_t who, struct lot *lot)
 {
     bool due = lot->calls && !lot->has_called && lot->begun >= lot->count / 2;
@@ -73,7 +72,7 @@ static size_t part_bytes(const struct part *part)
                          : result_bytes(&part->tile, tile_pixels(&part->tile), false);
 }
 
-/* Of all that is left of the lot. */
+/* Bytes of the result of all that is left of the lot. */
 static size_t whole_bytes(const struct lot *lot)
 {
     size_t bytes = 0;
@@ -82,7 +81,7 @@ static size_t whole_bytes(const struct lot *lot)
     return bytes;
 }
 
-/* What is left of the lot goes into a slot of the tray, if it can. */
+/* Begins a result for what is left of the lot: in a slot of the tray, if possible. */
 static void open_result(struct sim *sim, uint32_t who, struct lot *lot)
 {
     lot->opened = true;
@@ -91,7 +90,7 @@ static void open_result(struct sim *sim, uint32_t who, struct lot *lot)
                    sim->renderers[who].full < TRAY_SLOTS;
 }
 
-/* The next part of a lot is begun, unless others have it now. */
+/* Begins the next part of a lot, unless others hold it now. */
 static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
 {
     struct part *part = &lot->parts[lot->begun];
@@ -105,7 +104,7 @@ static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
         begin_part(sim, who, part);
 }
 
-/* The oldest lot of which something is left to begin. */
+/* The oldest lot with a part that is not begun. */
 static struct lot *lot_to_go_on(const struct renderer *renderer)
 {
     for (unsigned i = 0; i < renderer->count; i++)
@@ -113,7 +112,7 @@ static struct lot *lot_to_go_on(const struct renderer *renderer)
     return NULL;
 }
 
-/* Its idle cores begin what it holds. */
+/* The renderer's idle cores begin parts that it holds. */
 static void go_on(struct sim *sim, uint32_t who)
 {
     struct renderer *renderer = &sim->renderers[who];
@@ -217,7 +216,7 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
         return;
     }
     bool probes = part->tile.pass == TILE_PROBE;
-    /* A node of many cores is a renderer of many times the speed. */
+    /* A node of several cores counts as one renderer of several times the speed. */
     double wall = part->seconds / sim->machine->node_cores;
     double seconds = probes ? wall : queue_seconds(sim->queue, who, wall, part->cpu_s);
     if (part->dropped) {
@@ -239,7 +238,7 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     if (any) sim->outcome->render_s = sim->now;
 }
 
-/* What is ready of a lot, in a message or in a slot of the tray. */
+/* Sends the parts of a lot that are ready, in a message or in a slot of the tray. */
 static void send_ready(struct sim *sim, uint32_t who, struct lot *lot, bool in_tray)
 {
     const struct message_costs *costs = &sim->machine->messages;
@@ -280,7 +279,7 @@ static void account(struct sim *sim, uint32_t who, struct part *part)
     sum->pixels += tile_pixels(&part->tile);
 }
 
-/* Nothing more is to be done for a lot that the renderer holds. */
+/* Removes a lot from those that the renderer holds: nothing of it is left to do. */
 static void put_away(struct renderer *renderer, const struct lot *lot)
 {
     unsigned i = 0;
@@ -290,7 +289,7 @@ static void put_away(struct renderer *renderer, const struct lot *lot)
         renderer->held[i] = renderer->held[i + 1];
 }
 
-/* Whether what is ready of the lot is to be sent, of which something is left. */
+/* Whether to send what is ready of the lot although something is left of it. */
 static bool answers(const struct sim *sim, const struct lot *lot)
 {
     if (sim->now >= lot->answered + lot->answer_s) return true;
@@ -299,7 +298,7 @@ static bool answers(const struct sim *sim, const struct lot *lot)
            result_is_full(lot->whole, ready, ready + part_bytes(&lot->parts[lot->begun]));
 }
 
-/* A part is finished, or dropped. Rank 0's are handed in one by one. */
+/* Handles a part that is finished or dropped. Rank 0's are handed in one by one. */
 static void end_part(struct sim *sim, uint32_t who, struct part *part)
 {
     struct lot *lot = part->lot;
@@ -328,7 +327,7 @@ void finish_part(struct sim *sim, uint32_t who, struct part *part)
     if (sim->cores) cores_ended(sim, who);
 }
 
-/* The part that is being rendered; NULL: it is not. */
+/* The part of this tile that is being rendered; NULL: there is none. */
 static struct part *find_working(const struct renderer *renderer, uint32_t id)
 {
     for (unsigned i = 0; i < renderer->count; i++) {
@@ -339,7 +338,7 @@ static struct part *find_working(const struct renderer *renderer, uint32_t id)
     return NULL;
 }
 
-/* Nothing of the part is left to do. */
+/* Gives up the part: nothing of it is left to do. */
 static void give_up(struct sim *sim, uint32_t who, struct part *part)
 {
     if (sim->cores) cores_account(sim, who);
@@ -366,7 +365,7 @@ void sim_give_up(struct sim *sim, uint32_t who, uint32_t id)
     sim_drop(sim, who, id);
     if (!part) return;
     give_up(sim, who, part);
-    /* One who waits for a core cannot know yet. */
+    /* A renderer that waits for a core cannot notice it yet. */
     if (sim->cores && sim->renderers[who].core == NO_CORE) return;
     if (!sim->cores) events_remove(&sim->done, part);
     finish_part(sim, who, part);
@@ -378,7 +377,7 @@ void sim_tell(struct sim *sim, uint32_t who, uint32_t id)
     if (!part) return;
     struct lot *lot = part->lot;
     double seconds = sim->now - part->begun_s;
-    /* It had another part of this number before. */
+    /* The event was for an earlier part with this id. */
     if (seconds + GRAIN < part->tell_s) return;
     part->told = true;
     tell_after(sim, who, part, 2 * seconds);

@@ -11,13 +11,14 @@
 #include "common/clock.h"
 #include "common/message.h"
 
-/* Seconds: of looking; and of a pause in which somebody else had the processor, not an interrupt. */
+/* Seconds of observation; and the least seconds of a pause in which another process had the processor, rather
+ * than an interrupt. */
 #define SPAN  0.5
 #define PAUSE 3e-4
 
 #define TURNS_MAX 512
 
-/* Runs until it is killed, or whoever started it has ended. */
+/* Starts a process that runs until it is killed or its parent has ended. */
 static pid_t start_rival(void)
 {
     pid_t child = fork();
@@ -28,7 +29,7 @@ static pid_t start_rival(void)
         ;
 }
 
-/* Seconds of each turn that this process gets. */
+/* Measures the seconds of each turn of this process; returns their number. */
 static unsigned watch_turns(double turns[TURNS_MAX])
 {
     unsigned count = 0;

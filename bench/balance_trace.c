@@ -12,7 +12,7 @@
 
 /* ---- the file ---- */
 
-/* The farm writes every bar on a line of its own. */
+/* The farm writes each bar on its own line. */
 static bool read_kind(const char *line, enum traced_kind *kind)
 {
     static const char *const categories[] = {[TRACED_TILE] = "\"cat\": \"tile\"",
@@ -155,7 +155,7 @@ static void find_owners(struct run_costs *costs)
         if (costs->owners[i] == NO_OWNER) fatal("the trace is not of all of the picture");
 }
 
-/* The tile's CPU time, shared out among its pixels as the map says. */
+/* Distributes the tile's CPU time among its pixels, in proportion to the map. */
 static void share_out(struct run_costs *costs, const struct traced *bar,
                       const struct tile_costs *map)
 {

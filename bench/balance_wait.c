@@ -13,17 +13,18 @@
 #include "common/clock.h"
 #include "common/message.h"
 
-/* Seconds from one look to the next: many sleeps of a rank that waits. */
+/* Seconds between samples: many sleeps of a rank that waits. */
 #define LOOK_EVERY 1.0
 
-/* Of a core: more is taken for rendering, and what lies between for a start or an end. */
+/* Parts of a core: above RENDERS a rank counts as rendering, below WAITS as waiting, between them as starting or
+ * ending. */
 #define RENDERS 0.5
 #define WAITS   0.1
 
 #define RANKS_MAX 16
 #define LOOKS_MAX 256
 
-/* CPU seconds of the processes of a program, by process. */
+/* A sample: CPU seconds of the processes of a program. */
 struct look {
     double time;
     unsigned count;
@@ -31,7 +32,8 @@ struct look {
     double cpu_s[RANKS_MAX];
 };
 
-/* Of all threads of a process, as Linux's scheduler counts: Documentation/scheduler/sched-stats.rst. */
+/* CPU seconds of all threads of a process, as counted by Linux's scheduler:
+ * Documentation/scheduler/sched-stats.rst. */
 static double cpu_of(long pid)
 {
     double sum = 0;
@@ -73,8 +75,8 @@ static void take_look(struct look *look, const char *program)
     if (processes) closedir(processes);
 }
 
-/* The mean share of a core of those who wait from one look to another; -1: it is not so that one of so many
- * ranks renders and all others wait. */
+/* The mean part of a core that waiting ranks used between two samples; -1: it is not the case that exactly one
+ * of the ranks renders and all others wait. */
 static double share_between(const struct look *a, const struct look *b, unsigned ranks)
 {
     unsigned rendering = 0, waiting = 0;

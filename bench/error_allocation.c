@@ -34,13 +34,14 @@
 #define HALF_RUNS (ALLOCATION_RUNS / 2)
 
 struct pixel {
-    double error[2][LEVELS]; /* squared, mean of components: of either half of the runs */
+    double error[2][LEVELS]; /* squared error, mean of components: by each half of the runs */
     double cost;             /* CPU seconds of a sample */
 };
 
 struct block {
-    double seconds;                                         /* of the highest level, all runs */
-    float mean[ALLOCATION_RUNS][LEVELS][LATTICE_PIXELS][3]; /* of all samples up to a level */
+    /* CPU seconds of the highest level, over all runs */
+    double seconds;
+    float mean[ALLOCATION_RUNS][LEVELS][LATTICE_PIXELS][3]; /* means of all samples up to a level */
 };
 
 static double samples_of(uint32_t level)
@@ -48,7 +49,7 @@ static double samples_of(uint32_t level)
     return ldexp(2, (int)level);
 }
 
-/* All levels of a block, in the run-th run. */
+/* Renders all levels of a block, in the run-th run. */
 static void render_block(struct renderer *renderer, const struct tile *tile, struct block *block,
                          uint32_t run)
 {
@@ -73,7 +74,7 @@ static void render_block(struct renderer *renderer, const struct tile *tile, str
     }
 }
 
-/* Each run is the same part of a picture that is wider by another amount: other random numbers. */
+/* Each run renders the same part of a picture that is wider by a different amount: with other random numbers. */
 static void render_runs(struct scene *scene, const struct bvh *bvh, const struct lattice *lattice,
                         struct block *blocks)
 {
@@ -88,7 +89,7 @@ static void render_runs(struct scene *scene, const struct bvh *bvh, const struct
     }
 }
 
-/* The variance of what HALF_RUNS runs gave for a pixel. */
+/* The variance of a pixel over HALF_RUNS runs. */
 static double variance(const struct block *block, uint32_t first, uint32_t level, uint32_t k)
 {
     double squares = 0;
@@ -119,7 +120,7 @@ static struct pixel *measure_pixels(const struct block *blocks, uint32_t count)
     return pixels;
 }
 
-/* ---- what can be had for what ---- */
+/* ---- allocations ---- */
 
 /* Sums over pixels: squared error, CPU seconds, samples. */
 struct total {
@@ -137,7 +138,8 @@ static struct total uniform(const struct pixel *pixels, uint32_t count, uint32_t
     return total;
 }
 
-/* The level of least error + lambda cost, from the lowest that is allowed on, told by one half. */
+/* The level with the least error + lambda cost, by the errors of one half of the runs; lowest: the lowest level
+ * that is allowed. */
 static uint32_t choose(const struct pixel *pixel, uint32_t half, uint32_t lowest, double lambda,
                        double cost)
 {
@@ -168,11 +170,11 @@ static struct total allocated(const struct pixel *pixels, uint32_t count, uint32
     return total;
 }
 
-/* The allocation that leaves so much. */
+/* The allocation that leaves this error. */
 static struct total allocated_to(const struct pixel *pixels, uint32_t count, uint32_t lowest,
                                  double error)
 {
-    double low = -120, high = 60; /* of log2(lambda); low leaves little */
+    double low = -120, high = 60; /* bounds of log2(lambda); low leaves a small error */
     for (int i = 0; i < 30; i++) {
         double middle = (low + high) / 2;
         if (allocated(pixels, count, lowest, exp2(middle)).error <= error)
@@ -196,7 +198,8 @@ static double formula(const struct pixel *pixels, uint32_t count, uint32_t level
     return costs * pow(errors, 1 / p) / pow(roots, (p + 1) / p);
 }
 
-/* A row: what uniform sampling of one level leaves, and what less would have left it. */
+/* Prints a row: the error that uniform sampling of one level leaves, and the lower costs at which it could have
+ * been reached. */
 static void put_row(const char *name, const struct pixel *pixels, uint32_t count, uint32_t level)
 {
     struct total even = uniform(pixels, count, level);

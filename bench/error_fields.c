@@ -14,26 +14,28 @@ enum { EDGE = 96, PIXELS = EDGE * EDGE };
 
 #define GROUND 0.2
 
-/* Of squares of whole pixels, the part `filled` of which has a thing, anywhere in it: of radii between two, and
- * contrasts down to a part of full white. */
+/*
+ * A field is divided into square cells of whole pixels. The part `filled` of the cells has a thing at a random
+ * place in it, with a radius between two values, and a contrast down to a part of full white.
+ */
 struct field {
     uint64_t seed;
-    bool needles; /* or discs; long ones are hairs */
+    bool needles; /* false: discs; long needles are hairs */
     double cell;
     double filled;
-    double radius[2]; /* of a needle: half of its width */
+    double radius[2]; /* for a needle: half of its width */
     double half_length;
     double faintest;
 };
 
-/* From 0 to 1, the number-th of a place or of a field's own. */
+/* The number-th random number, 0 to 1, of a place or of the field itself. */
 static double drawn(const struct field *field, double column, double row, uint64_t number)
 {
     const double place[3] = {column, row, (double)field->seed};
     return (double)(hash64(place, sizeof place, number) >> 11) * 0x1p-53;
 }
 
-/* Evenly over the logarithms. */
+/* Uniform in the logarithm. */
 static double between(double least, double most, double part)
 {
     return least * pow(most / least, part);
@@ -56,7 +58,7 @@ static struct field field_of(uint64_t seed)
     return field;
 }
 
-/* Of a cell; radius 0: none is there. */
+/* The thing in a cell; radius 0: there is none. */
 struct thing {
     double x, y, along[2], half_length, radius, value;
 };
@@ -89,8 +91,9 @@ static double value_of(const struct field *field, const struct thing *thing, dou
     return within ? thing->value : GROUND;
 }
 
-/* A pixel has one thing at most, as cells are of whole pixels. From FINE x FINE places: 8 of them lie across the
- * thinnest needle, so that some percent of what it covers may be too little or too much in a pixel. */
+/* The value of a pixel, which has one thing at most, as cells consist of whole pixels. It is sampled at FINE x
+ * FINE places: 8 of them lie across the thinnest needle, so that its coverage of a pixel may be off by some
+ * percent. */
 #define FINE 200
 static double true_value(const struct field *field, uint32_t x, uint32_t y)
 {
@@ -108,7 +111,7 @@ static void find_truth(const struct field *field, double truth[PIXELS])
         truth[i] = true_value(field, i % EDGE, i / EDGE);
 }
 
-/* A field, sampled with random numbers of its own: those of pixels that are so far to the right. */
+/* A field that is sampled with its own random numbers: those of pixels that are `right` further to the right. */
 struct picture {
     const struct field *field;
     struct view view;
@@ -118,7 +121,7 @@ struct picture {
     struct adaptive *adaptive;
 };
 
-/* The samples that a pixel gets, as the i-th pixel of a part. */
+/* Takes the samples of a pixel in a pass; it is the i-th pixel of the part. */
 static void sample_pixel(const struct picture *picture, uint32_t pixel,
                          struct refinement refinement, uint32_t i, const struct pixel_floats *to)
 {
@@ -150,7 +153,7 @@ static void render_pass(const struct picture *picture)
     adaptive_put(adaptive, &whole, part, 1);
 }
 
-/* RMSE. */
+/* The true RMSE. */
 static double true_error(const struct picture *picture)
 {
     double sum = 0;
@@ -159,18 +162,19 @@ static double true_error(const struct picture *picture)
     return sqrt(sum / PIXELS);
 }
 
-/* ---- what came of it ---- */
+/* ---- results ---- */
 
-/* Widths of what is hidden, in terms of those of HIDDEN_LEAST and HIDDEN_MOST, that intervals are tried with. */
+/* The widths of the bounds on what is hidden that are tried, relative to those of HIDDEN_LEAST and HIDDEN_MOST
+ * (in logarithms). */
 static const double widths[] = {0.5, 0.7, 1, 1.4, 2};
 enum { WIDTHS = sizeof widths / sizeof *widths, AS_IT_IS = 2, SHARES = 5 };
 
-/* Whether an interval of each width did not hold. */
+/* Whether any interval of a run, for each width, did not contain the error. */
 struct misses {
     bool below[WIDTHS], above[WIDTHS]; /* the error was below it, above it */
 };
 
-/* True / told error, as logarithms. */
+/* Logarithms of true / estimated error. */
 struct ratios {
     double *ratios; /* owned */
     size_t count;
@@ -183,17 +187,18 @@ static void ratios_add(struct ratios *ratios, double ratio)
 }
 
 struct outcome {
-    uint32_t runs, unseen; /* unseen: no sample met anything, and no error was told */
-    uint32_t late;         /* of the others: that ended above the target */
-    uint32_t fields;       /* with a run that has an interval that did not hold */
+    uint32_t runs, unseen; /* unseen: no sample hit anything, and no error was estimated */
+    uint32_t late;         /* runs of the others that ended above the target */
+    uint32_t fields;       /* fields with a run that has an interval that did not hold */
     uint32_t below[WIDTHS], above[WIDTHS]; /* runs with such intervals */
-    double samples;                        /* per pixel, logarithms: sum over runs */
+    double samples;                        /* logarithms of samples per pixel, summed over runs */
     struct ratios
-        looks[SHARES];  /* at all looks: of each share that was hidden of the square told */
-    struct ratios ends; /* of runs */
+        /* At all looks, by the part of the estimated squared error that is hidden. */
+        looks[SHARES];
+    struct ratios ends; /* at the ends of runs */
 };
 
-/* With another width of what is hidden in place of the one that error_estimate() has. */
+/* Tests an interval with another width of the bounds on what is hidden than error_estimate() uses. */
 static void look_with(double width, const struct error_told *told, unsigned pass, double ratio,
                       bool *below, bool *above)
 {
@@ -205,7 +210,7 @@ static void look_with(double width, const struct error_told *told, unsigned pass
     *above |= 2 * ratio > hypot(luck, width * hidden * log(HIDDEN_MOST));
 }
 
-/* Returns the logarithm of the true error in terms of the told one, which is above 0. */
+/* Tests the intervals of a look; returns log(true / estimated error). The estimated error is above 0. */
 static double look(struct outcome *outcome, const struct error_told *told, unsigned pass,
                    double error, struct misses *misses)
 {
@@ -221,7 +226,7 @@ static double look(struct outcome *outcome, const struct error_told *told, unsig
     return ratio;
 }
 
-/* At the end of a run that took so many samples of a pixel; returns whether all intervals held. */
+/* Adds a run, which took `samples` per pixel; returns whether all its intervals held. */
 static bool add_run(struct outcome *outcome, const struct misses *misses, double samples,
                     double ratio)
 {
@@ -234,7 +239,7 @@ static bool add_run(struct outcome *outcome, const struct misses *misses, double
     return !(misses->below[AS_IT_IS] || misses->above[AS_IT_IS]);
 }
 
-/* All passes; returns whether all intervals held. */
+/* Runs all passes; returns whether all intervals held. */
 static bool run(struct outcome *outcome, const struct picture *picture)
 {
     struct misses misses = {0};
@@ -288,7 +293,7 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* A row of quantiles; sorts and frees the ratios. */
+/* Prints a row of quantiles; sorts and frees the ratios. */
 static void print_ratios(const char *name, struct ratios *it)
 {
     const double parts[] = {0.01, 0.05, 0.5, 0.95, 0.99};

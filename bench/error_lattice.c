@@ -40,7 +40,7 @@ void lattice_renumber(struct view *view)
     view->region_x += view->region_w;
 }
 
-/* The sum of squares of what a block of the picture differs from these means by. */
+/* The sum of squared differences between a block of the picture and these means. */
 static double block_squares(const struct canvas *picture, const struct tile *block,
                             const float *mean)
 {
@@ -54,12 +54,13 @@ static double block_squares(const struct canvas *picture, const struct tile *blo
     return squares;
 }
 
-/* Sums of blocks' squares; of their squares, too. */
+/* Sums over blocks of their squared differences, and of the squares of these. */
 struct square_sum {
     double sum, squares;
 };
 
-/* The error of a root mean square is half of its square's, relatively; blocks are taken to be independent. */
+/* The relative error of a root mean square is half of that of the mean square; blocks are assumed to be
+ * independent. */
 static struct lattice_error root_mean(const struct square_sum *sum, double blocks)
 {
     double mean = sum->sum / blocks, variance = sum->squares / blocks - mean * mean;

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* What the accessors of common/scene.h give for reading only. */
+/* Write access to what the accessors of common/scene.h return as const. */
 static void *writable(struct scene *scene, const struct scene_span *span)
 {
     return (char *)scene + span->offset;
@@ -20,7 +20,7 @@ static double thickness_of_cone(const struct cone *cone)
     return fmin(length, 2 * fmax(cone->base_radius, cone->apex_radius));
 }
 
-/* The least of all; 1 if there are none. Without volume: no matter. */
+/* The least thickness; 1 if there are no such objects. Boxes without volume do not count. */
 static double thinnest(const struct scene *scene)
 {
     const struct scene_span *spans = scene->primitives;

@@ -82,7 +82,7 @@ static int allocation(const char *name, const char *config, char **overrides, si
     return EXIT_SUCCESS;
 }
 
-/* A whole number that steps divide, above 0; ends the program when it is none. */
+/* Parses a positive whole number that `steps` divides; ends the program if it is none. */
 static uint32_t whole_count(const char *text, uint32_t steps)
 {
     uint32_t count;

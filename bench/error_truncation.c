@@ -18,7 +18,7 @@
 #include "common/message.h"
 #include "worker/render.h"
 
-/* Of the reference. */
+/* Depth and cutoff of the reference. */
 #define DEEP        60
 #define DEEP_CUTOFF 0x1p-18
 
@@ -28,12 +28,12 @@ struct options {
     uint32_t width, height;
 };
 
-/* A picture whose pixels were rendered alone, so that each one's claim is its own. */
+/* A picture whose pixels were rendered separately, so that there is a claim for each one. */
 struct claimed {
     float *rgb;
     double *claim;
     uint64_t rays, bound_rays;
-    double seconds; /* of the processor */
+    double seconds; /* CPU seconds */
 };
 
 static double processor_seconds(void)
@@ -69,16 +69,16 @@ static void claimed_free(struct claimed *picture)
     free(picture->claim);
 }
 
-/* One picture against the reference. A pixel is unbounded when it or the reference claims nothing;
- * its claim cannot be broken, unless it is no number. */
+/* A picture compared with the reference. A pixel is unbounded when it or the reference claims no bound; its
+ * claim cannot be violated, unless its error is not a number. */
 struct row {
     uint64_t pixels, broken, unbounded;
     double claim_max, claim_sum; /* over the pixels with a bound */
     double error_max, error_sum; /* over all pixels */
-    double reference_max;        /* what the reference itself claims where there is a bound */
+    double reference_max;        /* the reference's own largest claim, over pixels with a bound */
 };
 
-/* HUGE_VAL when a component is no number. */
+/* The error of a pixel; HUGE_VAL when a component is NaN. */
 static double pixel_error(const float *a, const float *b, double *rounding)
 {
     double error = 0;
@@ -112,11 +112,11 @@ static struct row compare(const struct claimed *picture, const struct claimed *d
     return row;
 }
 
-/* Of a scene, over its rows. */
+/* Sums over the rows of a scene. */
 struct summary {
     uint64_t rows, pixels, broken, unbounded;
     double reference_max;
-    double ratio_sum, ratio_max; /* of the largest claim to the largest error */
+    double ratio_sum, ratio_max; /* ratio of the largest claim to the largest error */
     uint64_t ratios;
 };
 
@@ -242,7 +242,7 @@ static void put_heads(FILE *csv, FILE *markdown)
           markdown);
 }
 
-/* The claims that did not hold. */
+/* Tests a scene file; returns the number of claims that did not hold. */
 static uint64_t run_file(const char *file, const struct options *options, FILE *csv, FILE *markdown)
 {
     struct scene *scene = load(file, options);

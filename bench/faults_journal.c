@@ -14,9 +14,10 @@
 
 #define FILE_HEADER   24
 #define RECORD_HEADER 64
-#define BYTES_AT      56 /* in a record's header: the length of what follows */
+#define BYTES_AT      56 /* offset in a record's header of the payload's length */
 
-/* Whole records before the end, without the one that has a byte turned, if any: -1. */
+/* The number of complete records before the end, without the one in which a byte is changed; turned: its place,
+ * -1: none. */
 static unsigned count_records(FILE *file, long end, long turned)
 {
     unsigned count = 0;

@@ -26,7 +26,7 @@
 #include "bench/preload_open.h"
 #include "common/protocol.h"
 
-/* Once: who is told to go on does. */
+/* Stops only once: a rank that is continued goes on. */
 static void stop_at(const char *place)
 {
     static bool has_stopped;
@@ -35,7 +35,7 @@ static void stop_at(const char *place)
     if (!rank || !at || !own || strcmp(rank, own) != 0 || strcmp(at, place) != 0) return;
     if (has_stopped) return;
     has_stopped = true;
-    const char *note = getenv("FAULTS_STOP_NOTE"); /* a file that tells who was stopped */
+    const char *note = getenv("FAULTS_STOP_NOTE"); /* a file for the id of the stopped process */
     FILE *file = note ? fopen(note, "w") : NULL;
     if (file) fprintf(file, "%d\n", (int)getpid());
     if (file) fclose(file);
@@ -44,8 +44,8 @@ static void stop_at(const char *place)
 
 static bool has_reported;
 
-/* A renderer reads its CPU clock when it has reported for work, then before its first tile and behind each that takes
- * long enough (worker/work.c, common/cpu_time.c). */
+/* A renderer reads its CPU clock after it has reported for work, then before its first tile and after each one
+ * that takes long enough (worker/work.c, common/cpu_time.c). */
 int clock_gettime(clockid_t clock, struct timespec *time)
 {
     static int (*next)(clockid_t, struct timespec *);

@@ -114,7 +114,7 @@ static bool start_items(struct queue *queue)
     uint32_t rows = divide_up(config->height, config->tile_edge);
     if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
     uint32_t edge = queue->is_dynamic ? config->probe_edge : 0;
-    /* so that every renderer gets some probe tiles */
+    /* So that every renderer gets some probe tiles. */
     uint64_t each = edge ? probes_at(config->width, config->height, edge) / config->renderers : 0;
     cost_init(&queue->map, config->width, config->height, edge,
               each < 1              ? 1
