@@ -7,14 +7,14 @@
 
 #define WIDE 16
 #define CHUNK                                                                                      \
-    256 /* packets between two looks at the clock: 100 kB, within the second-level cache */
+    256 /* packets between two readings of the clock: 100 kB, within the second-level cache */
 
-/* Steps of the R2 sequence (M. Roberts, 2018): samples spread evenly over a pixel. */
+/* Steps of the R2 sequence (M. Roberts, 2018), which distributes samples evenly over a pixel. */
 #define STEP_X 0.754877666f
 #define STEP_Y 0.569840291f
 
-/* Squares of this edge, one after the other; within them pixels in Z-order, so that 16 rays in a row
- * are as near each other as they can be for 1, 4 or 16 samples. */
+/* Pixels are rendered in squares of this edge, one after the other, and in Z-order within a square: so 16
+ * consecutive rays are as close to each other as possible for 1, 4 or 16 samples. */
 #define SQUARE 16
 
 struct packets {
@@ -57,7 +57,7 @@ static struct f3 primary_direction(const struct packets *packets, uint32_t pixel
     return f3_normalize(direction);
 }
 
-/* Lays out one ray as the packets of width N do: structures of arrays. */
+/* Writes one ray into a packet of width N, which is a structure of arrays. */
 #define SET_RAY(packet, i, eye, d)                                                                 \
     do {                                                                                           \
         (packet)->ray.org_x[i] = (eye).x, (packet)->ray.org_y[i] = (eye).y;                        \
@@ -68,7 +68,7 @@ static struct f3 primary_direction(const struct packets *packets, uint32_t pixel
         (packet)->ray.flags[i] = 0, (packet)->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;             \
     } while (0)
 
-/* The next rays, CHUNK packets at most; returns how many rays. */
+/* Fills in the next rays, CHUNK packets at most; returns how many rays. */
 static unsigned fill_packets(struct packets *packets)
 {
     struct f3 eye = f3_of(packets->view->camera.eye);

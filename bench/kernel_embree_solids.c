@@ -13,7 +13,7 @@ enum { SIDE, BASE_CAP, APEX_CAP };
 static inline void add_crossing(struct crossing_pair *pair, float t, unsigned part)
 {
     if (pair->count == 2) {
-        /* A rim met by side and cap: the outermost two count. */
+        /* A rim may be hit by side and cap: the outermost two crossings count. */
         if (t < pair->t[0])
             pair->t[0] = t, pair->part[0] = part;
         else if (t > pair->t[1])
@@ -40,7 +40,8 @@ static inline void cone_caps(const struct solid_cone *cone, struct f3 q, struct 
     if (f3_dot(at, at) <= cone->apex_radius * cone->apex_radius) add_crossing(pair, apex, APEX_CAP);
 }
 
-/* Distances are taken from the point that is nearest to the base: a far eye costs no digits. */
+/* Distances are measured from the point of the ray that is nearest to the base, so that a distant eye costs no
+ * precision. */
 static inline struct crossing_pair cone_crossings(const struct solid_cone *cone, struct f3 o,
                                                   struct f3 d)
 {

@@ -6,9 +6,9 @@
 #include "common/message.h"
 
 /*
- * A ray that leaves a surface begins this share of its origin's largest coordinate, or of the
- * distance that led there, later: some hundred roundings. Single precision has no better way to keep
- * a surface from meeting itself.
+ * A ray that leaves a surface starts at a distance of this times the largest coordinate of its origin, or times
+ * the distance that led there: some hundred roundings. Single precision has no better way to keep a surface from
+ * hitting itself.
  */
 #define SELF_DISTANCE (128 * FLT_EPSILON)
 
@@ -32,11 +32,11 @@ struct tracer {
     struct pending pending[PENDING_MAX];
 };
 
-/* Where a ray met what. */
+/* The point that a ray hit, and its surface. */
 struct place {
     struct f3 point, view, geometric, normal; /* normals on the side of the ray */
     const struct surface_material *material;
-    float near; /* for what leaves from here */
+    float near; /* tnear of rays that start here */
     bool entering;
 };
 

@@ -42,8 +42,8 @@ static void dat_vec(FILE *out, const char *key, struct vec3 v)
 }
 
 /*
- * Its own right is on the left: a frustum whose left and right change places turns it round. Its
- * rays go through the far corners of pixels: half a pixel brings them to the middle.
+ * Tachyon's right is on the left: a frustum whose left and right are exchanged corrects that. Its rays go
+ * through the far corners of pixels: half a pixel moves them to the middle.
  */
 static void dat_view(FILE *out, const struct view *view)
 {
@@ -66,7 +66,7 @@ static void dat_view(FILE *out, const struct view *view)
     fputc('\n', out);
 }
 
-/* What passes has no colour, only the mean of it. */
+/* Transmitted light has no colour, only its mean. */
 static void dat_materials(FILE *out, const struct scene *scene)
 {
     for (uint64_t i = 0; i < scene->materials.count; i++) {
@@ -190,7 +190,7 @@ static void pov_vec(FILE *out, const char *key, struct vec3 v)
     fprintf(out, "%s<%.9g,%.9g,%.9g>", key, v.x, v.y, v.z);
 }
 
-/* Dots of up from -1 to 1 become 0 to 1, along which the colours lie. */
+/* Dot products with up, from -1 to 1, become 0 to 1, the range of the colour map. */
 static void pov_sky(FILE *out, const struct view *view)
 {
     struct vec3 bottom = view->background_bottom, top = view->background_top;
@@ -206,7 +206,7 @@ static void pov_sky(FILE *out, const struct view *view)
     fputs(" } }\n", out);
 }
 
-/* location + direction is the middle of the picture, right and up are its whole edges. */
+/* location + direction is the middle of the picture; right and up span its whole width and height. */
 static void pov_view(FILE *out, const struct view *view)
 {
     const struct camera *camera = &view->camera;
@@ -222,7 +222,7 @@ static void pov_view(FILE *out, const struct view *view)
     pov_sky(out, view);
 }
 
-/* What is transparent keeps 1 - filter of its own colour: made good here. */
+/* POV-Ray multiplies the own colour of a transparent surface by 1 - filter: compensated here. */
 static void pov_materials(FILE *out, const struct scene *scene)
 {
     for (uint64_t i = 0; i < scene->materials.count; i++) {
@@ -248,10 +248,10 @@ static void pov_lights(FILE *out, const struct scene *scene)
     }
 }
 
-/* Of a mesh2: places or normals, numbered in the order in which its corners use them. */
+/* The vertices or normals of a mesh2, numbered in the order in which its corners use them. */
 struct numbered {
-    uint32_t *number;  /* of each of the scene's; UINT32_MAX: not used */
-    uint32_t *members; /* used ones */
+    uint32_t *number;  /* number of each of the scene's; UINT32_MAX: not used */
+    uint32_t *members; /* those that are used */
     uint32_t count;
 };
 
@@ -334,7 +334,7 @@ static void pov_faces(FILE *out, const struct scene *scene, const struct mesh *m
     fputs(" }\n", out);
 }
 
-/* A mesh has one inside: one mesh for each material. */
+/* Writes one mesh for each material, as a mesh has only one interior. */
 static void pov_mesh(FILE *out, const struct scene *scene, enum primitive_kind kind,
                      uint32_t material)
 {

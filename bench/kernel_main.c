@@ -52,7 +52,7 @@ static double number_option(const char *text, double least, double most)
     return value;
 }
 
-/* Whether a word is in a list with commas. */
+/* Whether a word is in a comma-separated list. */
 static bool listed(const char *list, const char *word)
 {
     size_t length = strlen(word);
@@ -138,13 +138,13 @@ static void make_folder(const char *path)
     if (mkdir(path, 0777) && errno != EEXIST) fatal("%s: %s", path, strerror(errno));
 }
 
-/* What makes rays of its own: the farm traces some below the last level, too, for its bound. */
+/* Whether a line makes a material spawn rays: the farm traces some below the last level, too, for its bound. */
 static bool makes_rays(const char *line)
 {
     return !strncmp(line, "reflection =", 12) || !strncmp(line, "transmission =", 14);
 }
 
-/* The scene as --print-config gives it, without its lights, mirrors and glass. */
+/* Writes the scene as --print-config prints it, without its lights, mirrors and glass. */
 static void write_dark(const struct bench *bench, const struct kernel_scene *scene)
 {
     char *command = format_text("'%s' --print-config '%s'", bench->farm, scene->config),
@@ -162,7 +162,7 @@ static void write_dark(const struct bench *bench, const struct kernel_scene *sce
     free(command);
 }
 
-/* The farm's settings for the picture, as add_settings() in kernel_run.c has them. */
+/* Loads a scene with the settings of the picture: those of add_settings() in kernel_run.c. */
 static struct scene *load_block(const struct bench *bench, const char *config)
 {
     struct job job;
@@ -215,14 +215,14 @@ static void free_scene(struct kernel_scene *scene)
 
 /* ---- runs ---- */
 
-/* Which steps a program is measured in: the peers that are whole programs render pictures only. */
+/* Whether a program is measured in a step: those that are whole programs only render pictures. */
 static bool has_step(const struct options *options, enum program program, enum step step)
 {
     if (step == STEP_PICTURE) return true;
     return options->steps && (program == PROGRAM_FARM || program == PROGRAM_EMBREE);
 }
 
-/* Programs in turn, so that what else the machine does falls on all of them. */
+/* Measures all programs in turn, so that disturbances affect all of them. */
 static bool measure_scene(const struct options *options, struct scene_results *results)
 {
     bool good = true;
@@ -242,7 +242,7 @@ static bool measure_scene(const struct options *options, struct scene_results *r
     return good;
 }
 
-/* How far each picture is from the farm's; the pictures stay for the montage. False when one cannot be read. */
+/* Compares each picture with the farm's; the pictures are kept for the montage. False when one cannot be read. */
 static bool look_at_pictures(const struct options *options, struct scene_results *results,
                              struct canvas pictures[PROGRAM_COUNT])
 {

@@ -8,7 +8,7 @@
 
 #define EDGE_MAX 16384u
 
-/* The rows of a PFM file go from the bottom to the top; numbers as this machine has them. */
+/* Reads the data of a PFM file: rows from the bottom to the top, numbers in this machine's byte order. */
 static bool read_floats(FILE *file, struct canvas *picture)
 {
     size_t row = 3 * (size_t)picture->width;

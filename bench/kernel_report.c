@@ -26,7 +26,8 @@ static double median(const struct scene_results *at, enum program program, enum 
     return series_median(&at->series[program][step], metric);
 }
 
-/* The farm's time over the other's, round by round, as what disturbs a round falls on both. Returns their number. */
+/* The ratios of the farm's time to the other program's, round by round, as disturbances of a round affect both.
+ * Returns their number. */
 static unsigned time_ratios(const struct scene_results *at, enum program other,
                             double ratios[REPEAT_MAX])
 {
@@ -55,7 +56,7 @@ static double all_rays(const struct scene_results *at, enum program program, enu
     return sum;
 }
 
-/* Million rays a second, with all that belongs to them: what one step takes more than another. */
+/* Rates in million rays per second, including all that belongs to a ray: by the difference in time of two steps. */
 enum rate { RATE_ALL, RATE_SHADOW, RATE_DEEPER, RATE_PRIMARY, RATE_KERNEL, RATE_COUNT };
 
 static double rate_of(const struct scene_results *at, enum program program, enum rate rate)
@@ -148,7 +149,7 @@ static double mean_value(const struct mean *mean)
     return mean->count ? exp(mean->log_sum / mean->count) : UNKNOWN;
 }
 
-/* What the figures of several scenes come to, beside a mark; of them, those measured may be fewer. */
+/* How the figures of several scenes are summarised for a mark; not all scenes need to be measured. */
 enum summary { GEOMETRIC_MEAN, LARGEST, SMALLEST };
 
 static void verdict(FILE *out, const char *what, const struct mean *mean, enum summary summary,
@@ -214,7 +215,7 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
 
 /* ---- files ---- */
 
-/* Median, least and most of what part of a peer's time the farm takes; empty where there is none. */
+/* Prints the median, least and largest ratio of the farm's time to another program's; empty if there is none. */
 static void csv_ratio(FILE *out, const struct scene_results *at, unsigned program, unsigned step)
 {
     double ratios[REPEAT_MAX];

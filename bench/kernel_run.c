@@ -57,7 +57,7 @@ static double seconds(struct timeval time)
     return (double)time.tv_sec + 1e-6 * (double)time.tv_usec;
 }
 
-/* What it says goes to log. */
+/* Its output goes to log. */
 static bool run_command(const struct command *command, const char *log, struct measurement *out)
 {
     struct rusage used;
@@ -90,7 +90,7 @@ static char *read_text(const char *path)
     return text;
 }
 
-/* The number behind the first `key` of the text, or behind the first one after `after`. */
+/* The number after the first `key` in the text, or after the first one that follows `after`; NAN: there is none. */
 static double number_after(const char *text, const char *after, const char *key)
 {
     const char *at = after ? strstr(text, after) : text;
@@ -119,7 +119,8 @@ static char *output_path(const struct bench *bench, const struct kernel_scene *s
     return format_text("%s/step-%s.pfm", bench->folder, program_names[program]);
 }
 
-/* The same settings for the farm and, which loads its scenes by the farm's loader, Embree's loop. */
+/* Adds the settings, which are the same for the farm and for Embree's program, as that loads its scenes by the
+ * farm's loader. */
 static void add_settings(struct command *command, const struct bench *bench, enum step step,
                          bool samples)
 {
@@ -153,8 +154,9 @@ static void read_farm(const struct bench *bench, struct measurement *out)
     char *path = format_text("%s/report.json", bench->folder), *text = read_text(path);
     out->at[RENDER_S] = number_after(text, "\"workers\"", "\"cpu_s\":");
     out->at[RENDER_WALL_S] = number_after(text, "\"time\"", "\"render_s\":");
-    /* Wall seconds, of which the thread may not have had all: as many as of those of its tiles. Its CPU
-     * seconds are also those of the pre-pass, so that this is rather too much. */
+    /* intersect_s is in wall seconds, for part of which the thread may not have had a core: it is scaled to CPU
+     * seconds by the ratio for the tiles. The CPU seconds include the pre-pass, so that the result is rather too
+     * large. */
     double inside = number_after(text, "\"workers\"", "\"intersect_s\":");
     double busy = number_after(text, "\"workers\"", "\"busy_s\":");
     out->at[INTERSECT_S] = out->at[RENDER_S] * inside / busy;
@@ -207,7 +209,7 @@ static void read_embree(const char *text, struct measurement *out)
 
 /* ---- Tachyon and POV-Ray ---- */
 
-/* The same to the last digit for all repeats: made once. */
+/* The exported scene, which is the same for all repeats and written once. */
 static char *peer_scene(const struct bench *bench, const struct kernel_scene *scene,
                         enum program program)
 {
@@ -227,7 +229,8 @@ static struct command tachyon_command(const struct bench *bench, const struct ke
     return command;
 }
 
-/* It tells wall seconds, of which its one thread had as much as of the whole process's. */
+/* Tachyon reports wall seconds: they are scaled to CPU seconds by the ratio for the whole process, which has one
+ * thread. */
 static void read_tachyon(const char *text, struct measurement *out)
 {
     out->at[RENDER_WALL_S] = number_after(text, NULL, "Ray Tracing Time:");

@@ -26,12 +26,13 @@
 
 /* ---- scenes ---- */
 
-/* What is in a scene; everything that is left out of a case is 0. */
+/* The contents of a scene; whatever is left out in a case is 0. */
 struct contents {
-    unsigned spheres;   /* count */
-    unsigned grid;      /* edge of a mesh of 2 grid^2 triangles */
-    unsigned idle_grid; /* the same, but its faces are left out: corners without an owner */
-    bool two_sided;     /* each face of the mesh once more, the other way round */
+    unsigned spheres; /* count */
+    unsigned grid;    /* edge of a mesh of 2 grid^2 triangles */
+    /* The same for a mesh whose faces are left out: vertices that no face uses. */
+    unsigned idle_grid;
+    bool two_sided; /* each face of the mesh is added again with the opposite orientation */
     double reflection, transmission, specular, diffuse;
     unsigned lights, black_lights;
     bool shadows;
@@ -324,7 +325,7 @@ static struct result compare(const struct omission *omission, const char *folder
     return result;
 }
 
-/* Time counts where all pairs agree, bytes where there are fewer. */
+/* What is saved: time counts if all pairs agree, bytes if there are fewer. */
 static const char *verdict(const struct result *result)
 {
     bool time = result->highest < 1, bytes = result->own.scene_bytes < result->full.scene_bytes;
@@ -333,7 +334,7 @@ static const char *verdict(const struct result *result)
     return time ? "time" : bytes ? "bytes" : "nothing";
 }
 
-/* Bytes that each further node is sent: the welcome, and the scene. */
+/* Bytes that are sent to each further node: the welcome, and the scene. */
 static double broadcast_bytes(const struct run *run)
 {
     return run->scene_bytes + sizeof(struct welcome);
@@ -381,7 +382,8 @@ static void write_table(FILE *file, const struct result *results, unsigned pairs
     }
 }
 
-/* One "ok" or "not ok" for each case: the same picture, and never more bytes. Whether all are. */
+/* Prints "ok" or "not ok" for each case: ok is the same picture, and never more bytes. Returns whether all are
+ * ok. */
 static bool write_tap(const struct result *results)
 {
     bool all = true;

@@ -12,7 +12,7 @@
 #include "worker/render.h"
 #include "worker/shade.h"
 
-/* One step along the path of a mirrored ray by the kernel's own functions; false: it left. */
+/* One step along the path of a mirrored ray with the kernel's own functions; false: it left the scene. */
 static bool bounce(const struct scene *scene, const struct bvh *bvh, struct ray *ray,
                    struct surface *surface)
 {
@@ -60,8 +60,8 @@ static void *render_tile(void *argument)
     return NULL;
 }
 
-/* On a thread with a stack of 128 kB: room for a bundle of rays (50 kB with the sanitizers), and for
- * nothing that grows with the depth. */
+/* Renders on a thread with a stack of 128 kB: there is room for a bundle of rays (50 kB with the sanitizers),
+ * but for nothing that grows with the depth. */
 static struct picture render_on_small_stack(const struct scene *scene)
 {
     struct bvh *bvh = stage_tree(scene);
@@ -81,7 +81,8 @@ static struct picture render_on_small_stack(const struct scene *scene)
     return job.picture;
 }
 
-/* Pixels of the picture that are not 0.1 (1 + kr + ... + kr^depth), up to their float. */
+/* The number of values of the picture that differ from 0.1 (1 + kr + ... + kr^depth) by more than the rounding
+ * to float. */
 static uint64_t wrong_series(double kr, uint32_t depth, enum formulas formulas)
 {
     struct scene *scene = facing_mirrors(kr, depth, formulas);
@@ -99,8 +100,8 @@ static uint64_t wrong_series(double kr, uint32_t depth, enum formulas formulas)
 }
 
 /*
- * The largest error of a direction after so many mirrors, in u: plane mirrors that face along z
- * leave x and y as they are and turn z.
+ * The largest error of a direction after `depth` mirrors, in u: plane mirrors whose normal is along z leave x
+ * and y unchanged and reverse z.
  */
 static double direction_error(uint32_t depth, enum formulas formulas)
 {
@@ -169,7 +170,7 @@ static struct scene *two_balls(enum formulas formulas)
 #define PATH_NUMBERS 16
 
 struct exact_path {
-    mpfr_t *o, *d, *f, *n; /* three each */
+    mpfr_t *o, *d, *f, *n; /* three components each */
     mpfr_ptr a, b, c, t;
 };
 
@@ -199,7 +200,8 @@ static bool exact_hit(struct exact_path *x, double center)
     return mpfr_sgn(x->t) > 0;
 }
 
-/* To the ball at x = center and off it; false: it misses. *amplification is that of the bounce. */
+/* Moves the ray to the ball at x = center and reflects it; false: it misses. *amplification is that of the
+ * bounce. */
 static bool exact_bounce(struct exact_path *x, double center, double *amplification)
 {
     if (!exact_hit(x, center)) return false;
@@ -230,7 +232,7 @@ static double distance_to(struct exact_path *x, struct vec3 p)
     return sqrt(mpfr_get_d(x->c, MPFR_RNDN));
 }
 
-/* The largest error of a hit of one path in units of its bound; bounces are counted. */
+/* The largest error of a hit along a path, in units of its bound; bounces are counted. */
 static double path_error(struct exact_path *x, const struct scene *scene, const struct bvh *bvh,
                          struct ray ray, uint64_t *bounces)
 {
@@ -318,7 +320,7 @@ static struct scene *cluster(bool lossless, uint32_t edge)
     return scene;
 }
 
-/* One pixel alone, so that its counts are its own. */
+/* Renders a single pixel, so that the counts are those of that pixel. */
 static struct render_counts render_pixel(struct renderer *renderer, uint32_t x, uint32_t y,
                                          float rgb[3])
 {
@@ -328,7 +330,7 @@ static struct render_counts render_pixel(struct renderer *renderer, uint32_t x, 
     return counts;
 }
 
-/* Pixels of a pruned picture whose error against the deep one exceeds the bound they claim. */
+/* The number of pixels of a pruned picture whose difference from the deep one exceeds the bound that they claim. */
 static uint64_t broken_bounds(struct scene *scene, const struct bvh *bvh,
                               const struct picture *deep, uint64_t *pixels, double *tightest)
 {
@@ -345,7 +347,7 @@ static uint64_t broken_bounds(struct scene *scene, const struct bvh *bvh,
                 rounding = fmax(rounding, 0x1p-23 * (double)fmaxf(rgb[c], truth[c]));
             }
             ++*pixels;
-            /* What is not finite breaks an infinite bound, too. */
+            /* An error that is not finite violates an infinite bound, too. */
             broken += !(isfinite(error) && error <= counts.truncation + rounding);
             if (error > rounding) *tightest = worse_of(*tightest, error / counts.truncation);
         }
@@ -383,8 +385,8 @@ void run_cutoff(const struct budget *budget, struct case_result *result)
 }
 
 /*
- * tau, the share of the picture below which a ray need not be traced, is the cutoff over the most
- * that a ray can bring: D times a surface's colour (nothing is lost on the way) plus the sky.
+ * tau, the part of the picture below which a ray need not be traced, is the cutoff divided by the most that a
+ * ray can contribute: D times a surface's colour (nothing is lost on the way) plus the sky.
  */
 void run_glass_cluster(const struct budget *budget, struct case_result *result)
 {

@@ -26,7 +26,7 @@ static const uint32_t formulas[FORMULAS] = {FORMULAS_EXACT, FORMULAS_PAPER};
 /* One scene in all sizes. */
 struct scalings {
     struct scene *scene;
-    int step, paper_step; /* between the exponents; paper_step is a multiple of step */
+    int step, paper_step; /* distances of exponents; paper_step is a multiple of step */
     struct picture plain[FORMULAS];
     uint64_t different[2 * LARGEST_SCALE + 1][FORMULAS]; /* pixels, by item */
 };
@@ -36,7 +36,7 @@ static int exponent_of_item(const struct scalings *it, uint64_t item)
     return (int)item * it->step - LARGEST_SCALE;
 }
 
-/* One size, with a tree of its own; the paper's formulas only at times. */
+/* Compares one size, with its own tree; the paper's formulas only for some sizes. */
 static void compare_scaling(uint64_t item, void *context)
 {
     struct scalings *it = context;
@@ -53,8 +53,8 @@ static void compare_scaling(uint64_t item, void *context)
     free(scaled);
 }
 
-/* Pixels of one scene whose bits change under x 2^k are added to wrong[]; those compared, of ours,
- * are returned. */
+/* Adds the number of pixels of a scene whose bits change under scaling by 2^k to wrong[]; returns the number of
+ * pixels compared for our formulas. */
 static uint64_t scale_scene(const struct budget *budget, struct scene *scene, const char *file,
                             struct case_result *result, uint64_t wrong[FORMULAS])
 {
@@ -101,7 +101,7 @@ void run_scaling(const struct budget *budget, struct case_result *result)
 
 /* ---- 31 ---- */
 
-/* What one pixel's first ray meets. */
+/* What the first ray of a pixel hits. */
 struct sight {
     struct hit hit;
     struct surface surface;
@@ -122,7 +122,7 @@ static struct sized sized(const struct scene *scene, double factor)
     return it;
 }
 
-/* With other formulas than last time. */
+/* Renders again, with other formulas. */
 static void sized_render(struct sized *it, uint32_t with)
 {
     picture_free(&it->picture);
@@ -172,13 +172,13 @@ static bool colors_agree(const struct sized *a, const struct sized *b, uint32_t 
 }
 
 /*
- * Multiplying by 10^+-9 rounds every coordinate. Masked are the pixels that such a rounding changes
- * by more than 1e-12 although the size stays ordinary: those whose answer depends on the last bits
- * of the input. An absolute tolerance anywhere would show at 10^+-9 and not here.
+ * Multiplying by 10^+-9 rounds every coordinate. Pixels are masked that such a rounding changes by more than
+ * 1e-12 even at ordinary sizes: their results depend on the last bits of the input. An absolute tolerance
+ * anywhere would show at 10^+-9 and not at ordinary sizes.
  */
 static const double factors[] = {1, 1.1, 1 / 1.1, 1.3, 0.7, 1e9, 1e-9};
 #define SIZES    (sizeof factors / sizeof *factors)
-#define ORDINARY 5 /* of them */
+#define ORDINARY 5 /* how many of them, the first ones, are ordinary sizes */
 
 static bool masked(const struct sized sizes[ORDINARY], const struct sight sights[ORDINARY],
                    uint32_t x, uint32_t y)
@@ -191,7 +191,7 @@ static bool masked(const struct sized sizes[ORDINARY], const struct sight sights
     return false;
 }
 
-/* No rounding of the input excuses a NaN. Light without shadows may well be too much for a float. */
+/* A NaN is not excused by rounding of the input. Light without shadows may well exceed the range of a float. */
 static bool any_nan(const struct sized *it, const struct sight *sight, uint32_t x, uint32_t y)
 {
     const float *rgb = &it->picture.rgb[3 * ((size_t)y * it->picture.width + x)];

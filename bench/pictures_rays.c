@@ -35,12 +35,13 @@ static struct scene *ball_under(struct vec3 light, enum formulas formulas)
 }
 
 enum expectation {
-    NOTHING_LIT, /* all that is seen shows its ambient light alone */
+    NOTHING_LIT, /* all visible surfaces have their ambient light alone */
     SOMETHING_LIT,
     JUST_FINITE
 };
 
-/* Pixels that are not finite, or are lit although nothing can light them, or 1 when none is lit. */
+/* The number of pixel values that are not finite, or are lit although nothing can light them, or 1 when none is
+ * lit that should be. */
 static uint64_t bad_pixels(struct vec3 light, enum expectation expected, enum formulas formulas)
 {
     struct scene *scene = ball_under(light, formulas);
@@ -92,8 +93,8 @@ void run_light_places(const struct budget *budget, struct case_result *result)
 
 /* ---- 34 ---- */
 
-/* So many roundings of every coordinate count as the bound of a segment's crossings: TEST_ERROR of
- * the tree's own margin. */
+/* The bound on rounding for the crossings of a segment, in roundings of every coordinate: TEST_ERROR of the
+ * tree's own margin. */
 #define SEGMENT_BOUND 64.0
 
 static unsigned crossings(const struct stage *stage, const struct scene *scene, struct vec3 from,
@@ -106,7 +107,7 @@ static unsigned crossings(const struct stage *stage, const struct scene *scene, 
     return count;
 }
 
-/* Whether roundings within the bound change how many surfaces lie between p and l. */
+/* Whether roundings within the bound change the number of surfaces between p and l. */
 static bool uncertain(struct reference *reference, struct vec3 p, struct vec3 l)
 {
     uint64_t plain = reference_crossings(reference, p, l, 0, 0);

@@ -11,7 +11,7 @@
 
 /* ---- other trees ---- */
 
-/* Of all trees that the farm has made of a scene. */
+/* The number of entries in all trees that the farm has built for a scene. */
 static uint64_t entries_of(const struct bvh *model)
 {
     uint64_t count = 0;
@@ -47,7 +47,7 @@ static struct bvh_leaf *leaves_of(struct bvh *tree)
     return (void *)((char *)tree + tree->leaves_offset);
 }
 
-/* Behind which the next ones stand. */
+/* Copies the leaves of a tree; returns where the next ones go. */
 static struct bvh_leaf *copy_leaves(const struct bvh *tree, struct bvh_leaf *entries)
 {
     const struct bvh_node *nodes = bvh_nodes(tree);
@@ -61,7 +61,7 @@ static struct bvh_leaf *copy_leaves(const struct bvh *tree, struct bvh_leaf *ent
     return entries;
 }
 
-/* The entries of all leaves, one behind the other; the own trees have no more. */
+/* Copies the entries of all leaves, one after the other; the trees made here have no more. */
 static void copy_entries(const struct bvh *model, struct bvh_leaf *entries)
 {
     for (; model; model = bvh_next(model))
@@ -97,9 +97,9 @@ static void clear_node(struct bvh_node *node)
 }
 
 /*
- * A tree in one leaf with infinite bounds: brute force by the same tests. (Slabs that are infinite
- * on both sides let every ray pass.) Its corners say nothing: what is told of roughly placed triangles
- * is to be checked, too.
+ * A tree that is a single leaf with infinite bounds: brute force with the same tests. (Slabs that are infinite
+ * on both sides let every ray pass.) Its quantised corners are marked as invalid, so that it does not rely on
+ * them: what the farm's trees decide by them is checked, too.
  */
 static struct bvh *one_leaf(const struct scene *scene, const struct bvh *model)
 {
@@ -117,7 +117,7 @@ static struct bvh *one_leaf(const struct scene *scene, const struct bvh *model)
     return tree;
 }
 
-/* A tree by median split along alternating axes, with so many primitives in a leaf; nodes have two
+/* A tree built by median splits along alternating axes, with `leaf` primitives per leaf; nodes have two
  * children. */
 struct median {
     const struct scene *scene;
