@@ -109,7 +109,7 @@ static bool step(struct sim *sim)
     return true;
 }
 
-/* Ends the simulation: gives up what is under way when the last tile comes in, and frees all. */
+/* Gives up what is under way when the last tile comes in, and frees all. */
 static void give_up(struct sim *sim)
 {
     for (uint32_t i = 0; i < sim->machine->renderers; i++)

@@ -178,7 +178,7 @@ static bool colors_agree(const struct sized *a, const struct sized *b, uint32_t 
  */
 static const double factors[] = {1, 1.1, 1 / 1.1, 1.3, 0.7, 1e9, 1e-9};
 #define SIZES    (sizeof factors / sizeof *factors)
-#define ORDINARY 5 /* how many of them, the first ones, are ordinary sizes */
+#define ORDINARY 5 /* the first so many are ordinary sizes */
 
 static bool masked(const struct sized sizes[ORDINARY], const struct sight sights[ORDINARY],
                    uint32_t x, uint32_t y)

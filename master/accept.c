@@ -27,7 +27,6 @@ uint32_t take_refinements(struct server *server, const struct tile *tile,
     return server->sampled[tile->id];
 }
 
-/* Whether the answer has the pixels that were asked for. */
 static bool is_as_asked(const struct server *server, const struct tile *tile,
                         const struct result_header *header)
 {
@@ -35,7 +34,6 @@ static bool is_as_asked(const struct server *server, const struct tile *tile,
     return header->pixels == asked;
 }
 
-/* Makes the tile part of the picture. */
 static void put_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                      const float *rgb, const struct result_header *header)
 {

@@ -29,7 +29,6 @@ void heap_put(struct heap *heap, uint32_t id, double key);
 /* Removes id, if it is in: O(log n). */
 void heap_remove(struct heap *heap, uint32_t id);
 
-/* Removes all ids. */
 void heap_clear(struct heap *heap);
 
 bool heap_has(const struct heap *heap, uint32_t id);

@@ -309,7 +309,6 @@ static void give_back_room(const struct journal *journal)
     if (fstat(journal->file, &status) == 0) (void)!ftruncate(journal->file, status.st_size);
 }
 
-/* What the file is. */
 enum content {
     CONTENT_OURS,
     CONTENT_NONE, /* it is empty, or a header alone */
@@ -359,7 +358,6 @@ static void tell_unused(const struct journal *journal)
                      found->damaged_bytes ? " without those" : "");
 }
 
-/* Takes over the records of the file. */
 static bool resume(struct journal *journal, uint64_t size, bool whole,
                    const struct journal_reader *reader)
 {
@@ -376,8 +374,8 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     return cut(journal) || journal_refuse(journal->path, "shortened", errno);
 }
 
-/* Makes the open file the journal; false: it cannot. *again: the file was renamed, or another one took its name,
- * so that opening has to be tried again. */
+/* Makes the open file the journal; false: it cannot. *again: to be opened again, as the file was renamed, or
+ * another one took its name. */
 static bool take_over(struct journal *journal, const struct journal_reader *reader, bool *again)
 {
     uint64_t size;

@@ -6,7 +6,6 @@
 
 #include "master/canvas.h"
 
-/* An entry of the legend. */
 struct legend_entry {
     uint32_t number;
     float rgb[3];

@@ -8,8 +8,8 @@
 #include "common/nap.h"
 #include "common/whole.h"
 
-/* The distance between buffers is a multiple of this, the size of a cache line. The block itself is aligned as
- * malloc() does it, so that two neighbours may still share the line at their border. */
+/* The distance between buffers is a multiple of this, the size of a cache line. As the block is aligned by
+ * malloc() alone, neighbours may share the line at their border. */
 #define BUFFER_ALIGN ((size_t)64)
 
 struct post {

@@ -40,8 +40,8 @@ void post_send(struct post *post, int rank, enum message_tag tag, const void *by
 /* Whether all sends are complete. */
 bool post_is_settled(const struct post *post);
 
-/* Collects the messages that have arrived, those of each rank in the order in which it sent them; returns how
- * many there are. Each is to be given back to post_release(). */
+/* Collects the messages that have arrived, those of each rank in the order of sending; returns how many. Each is
+ * to be given back to post_release(). */
 int post_collect(struct post *post, struct letter letters[POST_RECEIVES]);
 void post_release(struct post *post, const struct letter *letter);
 

@@ -51,7 +51,7 @@ static void note_pass(struct progress *progress, const struct progress_state *st
     progress->share = 0;
 }
 
-/* Updates the share that is shown. The estimate of all that there is to do may grow; the bar then stands still. */
+/* The estimate of all that there is to do may grow; the bar then stands still. */
 static void note_share(struct progress *progress, const struct progress_state *state)
 {
     double done = fmin(state->share_done, 1), before = progress->begun;

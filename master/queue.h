@@ -143,7 +143,6 @@ double queue_calm(struct queue *queue, double now);
 /* Whether the renderer holds as many lots as it may: it gets no more until it answers. */
 bool queue_is_full(const struct queue *queue, uint32_t renderer);
 
-/* The number of tiles that this renderer holds. */
 uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer);
 
 /* Sets *tile to the tile with this id that the renderer holds; false when it holds no such tile. */
@@ -275,7 +274,6 @@ struct queue_count queue_count(const struct queue *queue);
 /* Looks for renderers that are late by now; to be called when the time of queue_wake() has come. */
 void queue_look(struct queue *queue, double now);
 
-/* Whether every tile is finished. */
 bool queue_complete(const struct queue *queue);
 
 /* Iterates over the tiles that are not finished: *next begins with 0; false: there are no more. */

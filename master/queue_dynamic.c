@@ -5,11 +5,11 @@
 #include "master/queue_parts.h"
 
 /*
- * How many probes are waited for: all but the shares of PROBES_OF renderers, but no less than the part
- * PROBES_LEAST of all and no more than the part PROBES_MOST. When these are back, a renderer that has been given
- * BLIND_LOTS lots is not kept waiting for the others: one may be slow, or stopped. Probes that come late are
- * often those of the most expensive part of the picture: single samples of the lantern on 36 to 52 processors
- * are 3 % faster when 90 % of the probes are waited for in place of 75 %.
+ * The probes that are waited for: all but the shares of PROBES_OF renderers, at least the part PROBES_LEAST and
+ * at most the part PROBES_MOST. When these are back, a renderer that has been given BLIND_LOTS lots is not kept
+ * waiting for the others: one may be slow, or stopped. Late probes are often those of the most expensive part of
+ * the picture: single samples of the lantern on 36 to 52 processors are 3 % faster when 90 % of the probes are
+ * waited for in place of 75 %.
  */
 #define PROBES_LEAST 0.75
 #define PROBES_MOST  0.9
@@ -108,10 +108,9 @@ void dynamic_probed(struct queue *queue, double now)
 }
 
 /* A part of the rest of the run. A tile that has been in work for some time is expected to take as long again.
- * When that, and what its renderer has behind it, takes longer than this part of the rest of the run, the
- * renderer counts as late and others take over. If they did so earlier, only tiles that are not begun would
- * change hands: the garden with 16 samples on 44 processors is 2 % slower. With twice the part there is no
- * difference. */
+ * When that, and what its renderer has behind it, takes longer than this part, the renderer counts as late and
+ * others take over. Earlier, only tiles that are not begun would change hands: the garden with 16 samples on 44
+ * processors is 2 % slower. With twice the part there is no difference. */
 #define LATE_PART 0.5
 
 void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,

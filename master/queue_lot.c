@@ -19,7 +19,6 @@ void lot_add(const struct queue *queue, struct draft *draft, uint32_t id, double
     draft->tiles[draft->count++] = queue_tile_of(queue, id);
 }
 
-/* Moves a tile that waits into the draft. */
 static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
 {
     double work = (double)queue->items[id].work;

@@ -116,13 +116,12 @@ static inline uint64_t area(const struct item *item)
     return (uint64_t)item->w * item->h;
 }
 
-/* Whether the tile is one of those that make up the picture: no probe, no piece, and not replaced. */
+/* Whether the tile is part of the picture: no probe, no piece, and not replaced. */
 static inline bool is_of_picture(const struct item *item)
 {
     return item->pass != TILE_PROBE && !item->replaced && !item->is_piece;
 }
 
-/* The tile of this id. */
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);
 
 /* Provides memory for `room` tiles in all. It is written to, so that its pages are mapped before all renderers
@@ -152,7 +151,7 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds);
 void queue_foresee(struct queue *queue, uint32_t id);
 void queue_unforesee(struct queue *queue, uint32_t id);
 
-/* Makes the tile part of the lot that the renderer is getting; work: predicted. */
+/* The tile becomes part of the lot that the renderer is getting; work: predicted. */
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);
 
 /* Queues a recall for the owner of this hold: it need not render its tile, or, when finished is true, its answer
@@ -169,7 +168,6 @@ uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile);
 
 /* ---- the dynamic schedule ---- */
 
-/* queue_next() for the dynamic schedule. */
 uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES]);
 

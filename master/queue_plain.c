@@ -4,8 +4,8 @@
 
 #include "master/queue_parts.h"
 
-/* Sets *tile to the next tile of a silent renderer for this one to take over: a tile that the silent one holds
- * and that was not passed on yet, or, with static schedules, one of the rest of its share. */
+/* Sets *tile to the next tile of a silent renderer to take over: one that it holds and that was not passed on
+ * yet, or, with static schedules, one of the rest of its share. */
 static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
                            struct tile *tile)
 {

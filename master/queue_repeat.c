@@ -142,7 +142,6 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
     return lot_give(queue, &draft, now);
 }
 
-/* The work that the renderer is known to have done in a tile. */
 static double known_work(const struct queue *queue, uint32_t renderer, uint32_t id)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
@@ -197,8 +196,8 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
 }
 
 /* The tile that the first renderer in the heap has begun and that can be given to others; sets *renderer.
- * Renderers whose tile cannot be given to others are removed from the heap: otherwise idle ones would wait
- * behind a single pixel for all that comes after it. NULL: there is none. */
+ * Renderers whose tile cannot are removed from the heap, or idle ones would wait behind a single pixel for all
+ * that comes after it. NULL: there is none. */
 static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker,
                                   uint32_t *renderer)
 {

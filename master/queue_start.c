@@ -26,8 +26,8 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
     return edge;
 }
 
-/* The number of probes in whole blocks. Blocks that are cut by the edge of the picture also have one, if it lies
- * within the picture (cost_init()). */
+/* The number of probes in whole blocks. Blocks cut by the edge of the picture have one, too, if it lies within
+ * (cost_init()). */
 static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 {
     return (uint64_t)(width / edge) * (height / edge);

@@ -62,7 +62,6 @@ int prepare(struct run *run, struct scene **block);
 
 /* ---- keep.c ---- */
 
-/* What is still to be rendered, in tiles and in pixels. */
 uint32_t tiles_left(const struct run *run);
 uint64_t pixels_left(const struct run *run);
 

@@ -74,7 +74,6 @@ void save_tile(struct save *save, const struct tile *tile, const struct result_h
 void save_part(struct save *save, const struct tile *tile, const struct result_header *header,
                const float *part);
 
-/* The result of save_keep(). */
 struct save_kept {
     char *path; /* of the journal; owned by the caller */
     /* Not the one that was asked for, because that could not be written. */

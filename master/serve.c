@@ -238,7 +238,6 @@ static void end_server(struct server *server)
     free(server->message);
 }
 
-/* Bytes of the largest message from a renderer. */
 static size_t largest_message(const struct service *service)
 {
     size_t floats = service->adaptive ? REFINED_FLOATS : 4;

@@ -1,5 +1,4 @@
-/* The master's main loop: serves the work queue to the renderers, takes in their results, and ends the render
- * phase. */
+/* The master's main loop, which serves the work queue to the renderers. */
 #ifndef FARM_MASTER_SERVE_H
 #define FARM_MASTER_SERVE_H
 

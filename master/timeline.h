@@ -1,8 +1,8 @@
 /*
- * The timeline: which renderer rendered which tile, and when. It has one entry per tile that a renderer worked
- * on, including probes and dropped tiles, in the order in which they came in; and the times at which passes of
- * adaptive sampling were planned. It is recorded only if the trace, the heat map or the picture of ranks is
- * wanted: 64 bytes per entry, 64 MB for a million.
+ * The timeline: which renderer rendered which tile, and when. It has an entry per tile that a renderer worked
+ * on, including probes and dropped tiles, in the order in which they came in; and the times of planning passes
+ * of adaptive sampling. It is recorded if the trace, the heat map or the picture of ranks is wanted: 64 bytes
+ * per entry, 64 MB for a million.
  */
 #ifndef FARM_MASTER_TIMELINE_H
 #define FARM_MASTER_TIMELINE_H

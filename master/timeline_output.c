@@ -24,7 +24,6 @@ bool timeline_writable(const struct settings *settings)
            is_writable(settings->output.ranks, "output.ranks");
 }
 
-/* The input of put_trace(). */
 struct source {
     const struct timeline *timeline;
     const struct report *report;

@@ -8,7 +8,6 @@
 #include "master/report.h"
 #include "master/timeline.h"
 
-/* Whether any of them is wanted. */
 bool timeline_wanted(const struct settings *settings);
 
 /* Whether all that are wanted could be written, tested before rendering; says why not. */

@@ -129,8 +129,8 @@ static double first_power(const struct watch *watch, double goal)
 }
 
 /* The error with which a run ends, as a part of its target, in the mean: the upper end of a confidence interval
- * has to be below the target, and samples double. It was 0.77 to 0.99 in 20 runs of four scenes at 200 x 150 and
- * 640 x 480. */
+ * has to be below the target, and samples double. 0.77 to 0.99 in 20 runs of four scenes at 200 x 150 and 640 x
+ * 480. */
 #define TARGET_REACHED 0.88
 
 /* The forecast of a run that has this goal as its target. */
