@@ -30,7 +30,7 @@ struct service {
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
-    /* When the picture, as far as it is rendered, is to be written: a time of common/clock.h; HUGE_VAL: no
+    /* By when the picture, as far as it is rendered, is to be written: a time of common/clock.h; HUGE_VAL: no
      * deadline. */
     double deadline;
     double limit; /* seconds from the start of the run to the deadline; 0: none */
