@@ -41,7 +41,7 @@ void values_write(void);
 
 /* Opens a file in OUT_FOLDER for writing; ends the program when that fails. */
 FILE *open_out(const char *name);
-/* Runs gnuplot over a script that was written to OUT_FOLDER. */
+/* Runs gnuplot on a script in OUT_FOLDER. */
 void plot(const char *script);
 /* The kept cost map of a scene; it is measured first if there is none that is newer than scene, meshes and
  * program. */

@@ -1,3 +1,4 @@
+/* The files of the bench: results in OUT_FOLDER, plots, and kept cost maps. */
 #include <glob.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,8 +5,8 @@
 #include "bench/oracle.h"
 #include "bench/stability.h"
 
-/* The nearest hits of ours and of the paper's, and one more sample: a wrong decision, or an error of t (by ulps() or
- * roundoffs()); without `expected`, nothing is met. */
+/* Scores the nearest hits of our formulas and of the paper's, each as a wrong decision or as an error of t (by ulps()
+ * or roundoffs()), and counts one more sample. expected: whether the ray hits anything. */
 void compare_both(const struct stage *stage, const struct ray *ray, bool expected, mpfr_t t,
                   double (*error)(double, mpfr_t), struct tally *tally, uint64_t sample);
 
