@@ -50,12 +50,20 @@ struct case_result {
     char note[256];
 };
 
+struct block;
+
 struct stability_case {
     int number;       /* of the catalogue; 0 ends a table */
     const char *name; /* as in the catalogue */
     const char *oracle;
     const char *pass_mark;
-    void (*run)(const struct budget *budget, struct case_result *result); /* *result is zeroed */
+    /* Does all itself, and is given a *result that is zeroed; NULL: the case has budget->rays samples, for share()
+     * by work(), and conclude() is told unit and limit. */
+    void (*run)(const struct budget *budget, struct case_result *result);
+    void (*work)(struct block *block, const void *context);
+    const void *context;
+    const char *unit;
+    double limit;
 };
 
 /* One table per file, ended by an entry with number 0. */

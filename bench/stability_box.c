@@ -157,13 +157,6 @@ static void box_block(struct block *block, const void *context)
     box_truth_clear(&truth);
 }
 
-static void run_15(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 15, budget->rays, box_block, NULL, &tally);
-    conclude(result, &tally, "ulp", 2);
-}
-
 /* The loaders refuse a box without volume, so the scene block is changed by hand: such a block is
  * valid. */
 static void flatten(struct stage *stage, unsigned axis)
@@ -232,16 +225,9 @@ static void sheet_block(struct block *block, const void *context)
     box_truth_clear(&truth);
 }
 
-static void run_16(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 16, budget->rays, sheet_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 const struct stability_case box_cases[] = {
     {15, "box: d = +-0, 1e-310, from faces and corners", "rationals",
-     "hit or miss exact and closed, t <= 2 ulp", run_15},
-    {16, "box without thickness", "rationals", "one hit", run_16},
-    {0, NULL, NULL, NULL, NULL},
+     "hit or miss exact and closed, t <= 2 ulp", .work = box_block, .unit = "ulp", .limit = 2},
+    {16, "box without thickness", "rationals", "one hit", .work = sheet_block},
+    {.number = 0},
 };

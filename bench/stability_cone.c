@@ -174,11 +174,8 @@ static void solve_cone(struct cone_truth *truth, const struct cone *cone, const 
 /* ---- a case ---- */
 
 struct cone_row {
-    int number;
     struct cone (*draw)(struct random *random);
     struct ray (*aim)(struct random *random, const struct cone *cone);
-    const char *unit;
-    double limit;
 };
 
 static void compare(struct score *score, const struct hit *hit, struct cone_truth *truth,
@@ -229,14 +226,6 @@ static void cone_block(struct block *block, const void *context)
     reals_clear(truth.real, CONE_REALS);
 }
 
-static void run_cone_row(const struct budget *budget, struct case_result *result,
-                         const struct cone_row *row)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, row->number, budget->rays, cone_block, row, &tally);
-    conclude(result, &tally, row->unit, row->limit);
-}
-
 /* ---- rows 40, 41: cylinders ---- */
 
 static struct cone cylinder(struct random *random, double radius, double length)
@@ -280,11 +269,6 @@ static struct ray aim_steep(struct random *random, const struct cone *cone)
     return stage_ray(vec_add_scaled(target, direction, -distance), direction);
 }
 
-static void run_40(const struct budget *budget, struct case_result *result)
-{
-    run_cone_row(budget, result, &(struct cone_row){40, any_cylinder, aim_steep, "ulp", 4});
-}
-
 static struct cone thin_cylinder(struct random *random)
 {
     double length = random_log(random, 1, 1e6);
@@ -303,11 +287,6 @@ static struct ray aim_at_wire(struct random *random, const struct cone *cone)
     double length = vec_length(vec_sub(cone->apex, cone->base));
     double distance = length * random_log(random, 1e-9, 10);
     return stage_ray(vec_add_scaled(target, direction, -distance), direction);
-}
-
-static void run_41(const struct budget *budget, struct case_result *result)
-{
-    run_cone_row(budget, result, &(struct cone_row){41, thin_cylinder, aim_at_wire, "ulp", 4});
 }
 
 /* ---- row 42: cones with rational generators ---- */
@@ -371,11 +350,6 @@ static struct ray aim_at_cone(struct random *random, const struct cone *cone)
     default: /* anywhere near */
         return stage_ray(vec_add(cone->base, beside), d);
     }
-}
-
-static void run_42(const struct budget *budget, struct case_result *result)
-{
-    run_cone_row(budget, result, &(struct cone_row){42, integer_cone, aim_at_cone, "ulp", 4});
 }
 
 /* ---- row 43: entries are exits ---- */
@@ -509,11 +483,16 @@ static void run_44(const struct budget *budget, struct case_result *result)
 }
 
 const struct stability_case cone_cases[] = {
-    {40, "cylinder, angle to the axis 1e-1-1e-15", "MPFR", "t <= 4 ulp, hit or miss exact", run_40},
-    {41, "cylinder, length/radius 1e12", "MPFR", "t <= 4 ulp, hit or miss exact", run_41},
+    {40, "cylinder, angle to the axis 1e-1-1e-15", "MPFR", "t <= 4 ulp, hit or miss exact",
+     .work = cone_block, .context = &(const struct cone_row){any_cylinder, aim_steep},
+     .unit = "ulp", .limit = 4},
+    {41, "cylinder, length/radius 1e12", "MPFR", "t <= 4 ulp, hit or miss exact",
+     .work = cone_block, .context = &(const struct cone_row){thin_cylinder, aim_at_wire},
+     .unit = "ulp", .limit = 4},
     {42, "cone: tip, along a generator, other nappe", "rationals", "hit or miss exact, no NaN",
-     run_42},
-    {43, "capped solids, rims", "parity", "entries = exits", run_43},
-    {44, "torus", "MPFR", "root count right", run_44},
-    {0, NULL, NULL, NULL, NULL},
+     .work = cone_block, .context = &(const struct cone_row){integer_cone, aim_at_cone},
+     .unit = "ulp", .limit = 4},
+    {43, "capped solids, rims", "parity", "entries = exits", .run = run_43},
+    {44, "torus", "MPFR", "root count right", .run = run_44},
+    {.number = 0},
 };

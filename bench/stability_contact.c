@@ -122,13 +122,6 @@ static void convex_block(struct block *block, const void *context)
     stage_free(&stage);
 }
 
-static void run_26(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 26, budget->rays, convex_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 /* ---- row 27: thin shells ---- */
 
 static const double gaps[] = {4e-5, 1e-8, 1e-12};
@@ -242,13 +235,6 @@ static void gap_block(struct block *block, const void *context)
         block->tally->samples++;
     }
     stage_free(&stage);
-}
-
-static void run_27(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 27, budget->rays, gap_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
 }
 
 /* ---- row 28: a pane of glass ---- */
@@ -439,18 +425,12 @@ static void floor_block(struct block *block, const void *context)
     stage_free(&stage);
 }
 
-static void run_29(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 29, budget->rays, floor_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 const struct stability_case contact_cases[] = {
-    {26, "convex shapes met again, scales 1e-8-1e8", "closed form", "0 re-hits", run_26},
-    {27, "shell gaps 4e-5, 1e-8, 1e-12", "closed form", "inner found 100 %", run_27},
+    {26, "convex shapes met again, scales 1e-8-1e8", "closed form", "0 re-hits",
+     .work = convex_block},
+    {27, "shell gaps 4e-5, 1e-8, 1e-12", "closed form", "inner found 100 %", .work = gap_block},
     {28, "pane of 4 ulp and more, at 0 and 1e6", "closed form", "2 events; out || in <= 4 u",
-     run_28},
-    {29, "ball touching the floor", "closed form", "0 leaks", run_29},
-    {0, NULL, NULL, NULL, NULL},
+     .run = run_28},
+    {29, "ball touching the floor", "closed form", "0 leaks", .work = floor_block},
+    {.number = 0},
 };

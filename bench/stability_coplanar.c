@@ -208,16 +208,10 @@ static void copies_block(struct block *block, const void *context)
     stage_free(&stage);
 }
 
-static void run_23(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 23, budget->rays, copies_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 const struct stability_case coplanar_cases[] = {
     {22, "degenerate and duplicate triangles added", "the picture without them",
-     "picture bitwise unchanged", run_22},
-    {23, "coplanar duplicates", "brute force", "lowest id, whatever the order", run_23},
-    {0, NULL, NULL, NULL, NULL},
+     "picture bitwise unchanged", .run = run_22},
+    {23, "coplanar duplicates", "brute force", "lowest id, whatever the order",
+     .work = copies_block},
+    {.number = 0},
 };

@@ -76,13 +76,6 @@ static void plane_block(struct block *block, const void *context)
     reals_clear(real, FLAT_REALS);
 }
 
-static void run_13(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 13, budget->rays, plane_block, NULL, &tally);
-    conclude(result, &tally, "u", 4);
-}
-
 /* Random; or about an integer centre across an axis, with a rim through integer points. */
 static struct disc any_disc(struct random *random, bool integers)
 {
@@ -169,15 +162,10 @@ static void disc_block(struct block *block, const void *context)
     reals_clear(real, FLAT_REALS);
 }
 
-static void run_14(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 14, budget->rays, disc_block, NULL, &tally);
-    conclude(result, &tally, "u", 4);
-}
-
 const struct stability_case flat_cases[] = {
-    {13, "plane, |n.d| down to 1e-15", "MPFR", "t <= 4 u; parallel: miss", run_13},
-    {14, "disc rim +-1 ulp", "rationals", "hit or miss exact, t <= 4 u", run_14},
-    {0, NULL, NULL, NULL, NULL},
+    {13, "plane, |n.d| down to 1e-15", "MPFR", "t <= 4 u; parallel: miss", .work = plane_block,
+     .unit = "u", .limit = 4},
+    {14, "disc rim +-1 ulp", "rationals", "hit or miss exact, t <= 4 u", .work = disc_block,
+     .unit = "u", .limit = 4},
+    {.number = 0},
 };

@@ -142,6 +142,18 @@ static const struct stability_case *find_case(int number)
     return NULL;
 }
 
+static void run_case(const struct stability_case *c, const struct budget *budget,
+                     struct case_result *result)
+{
+    if (c->run) {
+        c->run(budget, result);
+        return;
+    }
+    struct tally tally = {.samples = 0};
+    share(budget, c->number, budget->rays, c->work, c->context, &tally);
+    conclude(result, &tally, c->unit, c->limit);
+}
+
 static FILE *open_table(const char *path, const char *head)
 {
     if (!path) return NULL;
@@ -222,7 +234,7 @@ int main(int argc, char **argv)
         if (!options.chosen[row] || !c) continue;
         struct case_result result = {.samples = 0};
         double start = clock_wall();
-        c->run(&options.budget, &result);
+        run_case(c, &options.budget, &result);
         double seconds = clock_wall() - start;
         verdicts[result.verdict]++;
         print_row(c, &result, seconds, &options);

@@ -306,10 +306,12 @@ static void run_21(const struct budget *budget, struct case_result *result)
 }
 
 const struct stability_case mesh_cases[] = {
-    {17, "closed mesh, random rays from inside", "topology", "exactly 1 hit, 0 misses", run_17},
-    {18, "closed mesh, rays at every vertex and edge", "topology", "exactly 1 hit", run_18},
-    {19, "the same, moved by 1e6, 1e9, Embree's offset", "topology", "exactly 1 hit", run_19},
-    {20, "slivers 1e6-1e12, needle fans", "topology", "exactly 1 hit", run_20},
-    {21, "integer lattice, axis rays", "parity", "exactly 1 hit", run_21},
-    {0, NULL, NULL, NULL, NULL},
+    {17, "closed mesh, random rays from inside", "topology", "exactly 1 hit, 0 misses",
+     .run = run_17},
+    {18, "closed mesh, rays at every vertex and edge", "topology", "exactly 1 hit", .run = run_18},
+    {19, "the same, moved by 1e6, 1e9, Embree's offset", "topology", "exactly 1 hit",
+     .run = run_19},
+    {20, "slivers 1e6-1e12, needle fans", "topology", "exactly 1 hit", .run = run_20},
+    {21, "integer lattice, axis rays", "parity", "exactly 1 hit", .run = run_21},
+    {.number = 0},
 };

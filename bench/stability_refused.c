@@ -70,6 +70,6 @@ static void run_10(const struct budget *budget, struct case_result *result)
 }
 
 const struct stability_case refused_cases[] = {
-    {10, "r <= 0, NaN, inf", "-", "refused with file and line", run_10},
-    {0, NULL, NULL, NULL, NULL},
+    {10, "r <= 0, NaN, inf", "-", "refused with file and line", .run = run_10},
+    {.number = 0},
 };

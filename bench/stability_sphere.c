@@ -54,7 +54,7 @@ struct stage sphere_stage(const struct sphere *sphere)
     return stage_finish(builder, NULL);
 }
 
-static void sphere_block(struct block *block, const void *context)
+void sphere_block(struct block *block, const void *context)
 {
     const struct sphere_row *row = context;
     struct sphere_truth truth;
@@ -73,14 +73,6 @@ static void sphere_block(struct block *block, const void *context)
     }
     stage_free(&stage);
     reals_clear(truth.real, SPHERE_REALS);
-}
-
-void run_sphere_row(const struct budget *budget, struct case_result *result,
-                    const struct sphere_row *row)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, row->number, budget->rays, sphere_block, row, &tally);
-    conclude(result, &tally, row->unit, row->limit);
 }
 
 struct sphere any_sphere(struct random *random)
@@ -123,27 +115,11 @@ static struct ray aim_far(struct random *random, const struct sphere *sphere)
     return ray_past(random, sphere, distance, sphere->radius * any_offset(random));
 }
 
-static void run_1(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result, &(struct sphere_row){1, any_sphere, aim_near, ulps, "ulp", 2});
-}
-
-static void run_2(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result, &(struct sphere_row){2, any_sphere, aim_far, ulps, "ulp", 2});
-}
-
 static struct sphere extreme_sphere(struct random *random)
 {
     double r = random_bits(random) >> 63 ? 1e150 : 1e-150;
     return (struct sphere){
         .center = vec_scale(random_unit(random), r * random_between(random, 0, 2)), .radius = r};
-}
-
-static void run_8(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result,
-                   &(struct sphere_row){8, extreme_sphere, aim_near, ulps, "ulp", 2});
 }
 
 static struct ray aim_scaled(struct random *random, const struct sphere *sphere)
@@ -179,11 +155,11 @@ static void scaling_block(struct block *block, const void *context)
 
 static void run_9(const struct budget *budget, struct case_result *result)
 {
-    struct sphere_row row = {9, any_sphere, aim_scaled, ulps, "ulp", 2};
+    const struct sphere_row row = {any_sphere, aim_scaled, ulps};
     struct tally tally = {.samples = 0};
     share(budget, 9, budget->rays, sphere_block, &row, &tally);
     share(budget, 109, budget->rays, scaling_block, NULL, &tally);
-    conclude(result, &tally, row.unit, row.limit);
+    conclude(result, &tally, "ulp", 2);
 }
 
 /* ---- rows 3, 4: the ground ---- */
@@ -222,18 +198,6 @@ static struct ray aim_horizon(struct random *random, const struct sphere *sphere
     double height = random_between(random, 1, 3);
     double factor = 1 + random_log(random, 1e-4, 0.5);
     return ray_down(random, sphere, height, factor * horizon_angle(sphere->radius, height));
-}
-
-static void run_3(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result,
-                   &(struct sphere_row){3, ground_sphere, aim_ground, ulps, "ulp", 3});
-}
-
-static void run_4(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result,
-                   &(struct sphere_row){4, ground_sphere, aim_horizon, roundoffs, "u", 4});
 }
 
 /* ---- row 11: normals ---- */
@@ -292,13 +256,6 @@ static void normal_block(struct block *block, const void *context)
         stage_free(&stage);
     }
     reals_clear(truth.real, SPHERE_REALS);
-}
-
-static void run_11(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 11, budget->rays, normal_block, NULL, &tally);
-    conclude(result, &tally, "u", 4);
 }
 
 /* ---- row 12: shells ---- */
@@ -387,21 +344,24 @@ static void shell_block(struct block *block, const void *context)
     reals_clear(truth.real, SPHERE_REALS);
 }
 
-static void run_12(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 12, budget->rays, shell_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 const struct stability_case sphere_cases[] = {
-    {1, "sphere, L/r 2-100", "MPFR", "t <= 2 ulp, hit or miss exact", run_1},
-    {2, "sphere, L/r 1e3-1e14", "MPFR", "t <= 2 ulp, hit or miss exact", run_2},
-    {3, "ground sphere R 1e3-1e12, eye 1-3 above", "MPFR", "t <= 3 ulp", run_3},
-    {4, "ground sphere, 1.5-1.0001 x horizon angle", "MPFR", "t <= 4 u relative", run_4},
-    {8, "sphere, r = 1e+-150", "MPFR", "t <= 2 ulp, hit or miss exact", run_8},
-    {9, "sphere, |d| = 1e-8-1e8", "MPFR", "t <= 2 ulp; 2^k scaling bitwise", run_9},
-    {11, "sphere normal, L/r <= 1e13", "MPFR", "<= 4 u", run_11},
-    {12, "concentric shells, gap 1e-12 r", "rationals", "order exact", run_12},
-    {0, NULL, NULL, NULL, NULL},
+    {1, "sphere, L/r 2-100", "MPFR", "t <= 2 ulp, hit or miss exact", .work = sphere_block,
+     .context = &(const struct sphere_row){any_sphere, aim_near, ulps}, .unit = "ulp", .limit = 2},
+    {2, "sphere, L/r 1e3-1e14", "MPFR", "t <= 2 ulp, hit or miss exact", .work = sphere_block,
+     .context = &(const struct sphere_row){any_sphere, aim_far, ulps}, .unit = "ulp", .limit = 2},
+    {3, "ground sphere R 1e3-1e12, eye 1-3 above", "MPFR", "t <= 3 ulp", .work = sphere_block,
+     .context = &(const struct sphere_row){ground_sphere, aim_ground, ulps}, .unit = "ulp",
+     .limit = 3},
+    {4, "ground sphere, 1.5-1.0001 x horizon angle", "MPFR", "t <= 4 u relative",
+     .work = sphere_block,
+     .context = &(const struct sphere_row){ground_sphere, aim_horizon, roundoffs}, .unit = "u",
+     .limit = 4},
+    {8, "sphere, r = 1e+-150", "MPFR", "t <= 2 ulp, hit or miss exact", .work = sphere_block,
+     .context = &(const struct sphere_row){extreme_sphere, aim_near, ulps}, .unit = "ulp",
+     .limit = 2},
+    {9, "sphere, |d| = 1e-8-1e8", "MPFR", "t <= 2 ulp; 2^k scaling bitwise", .run = run_9},
+    {11, "sphere normal, L/r <= 1e13", "MPFR", "<= 4 u", .work = normal_block, .unit = "u",
+     .limit = 4},
+    {12, "concentric shells, gap 1e-12 r", "rationals", "order exact", .work = shell_block},
+    {.number = 0},
 };

@@ -30,15 +30,12 @@ struct sphere any_sphere(struct random *random);
 
 /* A row of the catalogue: random spheres, and rays that are aimed at them. */
 struct sphere_row {
-    int number;
     struct sphere (*draw)(struct random *random);
     struct ray (*aim)(struct random *random, const struct sphere *sphere);
     double (*error)(double value, mpfr_t truth);
-    const char *unit;
-    double limit;
 };
 
-/* Runs the row: compares the kernel with the oracle. */
+/* The row's rays through the kernel and the oracle; row: struct sphere_row. */
 void run_sphere_row(const struct budget *budget, struct case_result *result,
                     const struct sphere_row *row);
 

@@ -62,13 +62,6 @@ static void tangent_block(struct block *block, const void *context)
     }
 }
 
-static void run_5(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 5, budget->rays, tangent_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 /* A sphere about the origin with a radius that has 64 neighbours on both sides in its binade. */
 static struct sphere centred_sphere(struct random *random)
 {
@@ -95,12 +88,6 @@ static struct ray aim_rim(struct random *random, const struct sphere *sphere)
     default:
         return stage_ray(vec3(steps * x, steps * y, offset), vec3(x, y, 0));
     }
-}
-
-static void run_6(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result,
-                   &(struct sphere_row){6, centred_sphere, aim_rim, ulps, NULL, HUGE_VAL});
 }
 
 /* ---- row 7: from the sphere itself ---- */
@@ -164,16 +151,11 @@ static void leaving_block(struct block *block, const void *context)
     reals_clear(truth.real, SPHERE_REALS);
 }
 
-static void run_7(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 7, budget->rays, leaving_block, NULL, &tally);
-    conclude(result, &tally, "ulp", 2);
-}
-
 const struct stability_case tangent_cases[] = {
-    {5, "exact tangency, integer data", "rationals", "closed hit, t exact", run_5},
-    {6, "offset r + k ulp, |k| <= 64", "rationals", "hit or miss exact", run_6},
-    {7, "origin exactly on the sphere", "closed form", "out: none; in: 2b/a <= 2 ulp", run_7},
-    {0, NULL, NULL, NULL, NULL},
+    {5, "exact tangency, integer data", "rationals", "closed hit, t exact", .work = tangent_block},
+    {6, "offset r + k ulp, |k| <= 64", "rationals", "hit or miss exact", .work = sphere_block,
+     .context = &(const struct sphere_row){centred_sphere, aim_rim, ulps}, .limit = HUGE_VAL},
+    {7, "origin exactly on the sphere", "closed form", "out: none; in: 2b/a <= 2 ulp",
+     .work = leaving_block, .unit = "ulp", .limit = 2},
+    {.number = 0},
 };

@@ -86,13 +86,6 @@ static void filled_block(struct block *block, const void *context)
     stage_free(&filled.stage);
 }
 
-static void run_60(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 60, budget->rays, filled_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 /* ---- row 61: a room of mirrors ---- */
 
 #define BOUNCES 20
@@ -233,7 +226,8 @@ static void run_61(const struct budget *budget, struct case_result *result)
 }
 
 const struct stability_case touching_cases[] = {
-    {60, "glass filled to the wall, scales 1e-8-1e8", "topology", "each passed once", run_60},
-    {61, "edges of a room of mirrors", "topology", "0 leaks", run_61},
-    {0, NULL, NULL, NULL, NULL},
+    {60, "glass filled to the wall, scales 1e-8-1e8", "topology", "each passed once",
+     .work = filled_block},
+    {61, "edges of a room of mirrors", "topology", "0 leaks", .run = run_61},
+    {.number = 0},
 };

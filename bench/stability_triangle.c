@@ -126,13 +126,6 @@ static void grazing_block(struct block *block, const void *context)
     reals_clear(real, TRI_REALS);
 }
 
-static void run_24(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 24, budget->rays, grazing_block, NULL, &tally);
-    conclude(result, &tally, "u sum|ez|/|det|", 8);
-}
-
 /* Three triangles: one has the whole edge p r, the two beyond it meet at a point t of that edge. */
 struct junction {
     struct vec3 corner[3][3];
@@ -219,15 +212,10 @@ static void junction_block(struct block *block, const void *context)
     reals_clear(real, TRI_REALS);
 }
 
-static void run_25(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 25, budget->rays, junction_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
 const struct stability_case triangle_cases[] = {
-    {24, "grazing triangle", "rationals", "hit or miss exact, t <= 8 u sum|ez|/|det|", run_24},
-    {25, "T-junctions", "rationals", "misses only where the rationals miss", run_25},
-    {0, NULL, NULL, NULL, NULL},
+    {24, "grazing triangle", "rationals", "hit or miss exact, t <= 8 u sum|ez|/|det|",
+     .work = grazing_block, .unit = "u sum|ez|/|det|", .limit = 8},
+    {25, "T-junctions", "rationals", "misses only where the rationals miss",
+     .work = junction_block},
+    {.number = 0},
 };
