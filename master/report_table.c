@@ -1,3 +1,4 @@
+/* The table at the end of a run, in lines of flowing text; its figures with bars: report_times.c. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -5,7 +6,7 @@
 
 #include "common/message.h"
 #include "master/figure.h"
-#include "master/report.h"
+#include "master/report_parts.h"
 
 enum {
     COLUMNS_UNKNOWN = 80,
@@ -605,7 +606,7 @@ void report_table(FILE *out, const struct report *report, int columns)
     if (table.columns < COLUMNS_MIN) table.columns = COLUMNS_MIN;
     if (table.columns > COLUMNS_MAX) table.columns = COLUMNS_MAX;
     put_title(&table, report);
-    put_run(&table, &report->time, report->resumed.records > 0);
+    put_run_times(&table, &report->time, report->resumed.records > 0);
     if (report->renderer_count > 0 && !rendered_nothing(report, &counts)) {
         put_rendering(&table, report, &work);
         put_ranks(&table, report);
