@@ -134,63 +134,71 @@ static struct plan index_run(const struct picture_costs *costs, uint32_t rendere
 
 /* ---- tables ---- */
 
-static void put_plan(FILE *out, FILE *csv, const char *what, const struct bench_scene *scene,
-                     uint32_t renderers, uint32_t samples, double latency_s,
+/* A line's farm, and what it renders. */
+struct farm {
+    const struct bench_scene *scene;
+    uint32_t renderers, samples;
+    double latency_s;
+};
+
+static void put_plan(FILE *out, FILE *csv, const char *what, struct farm farm,
                      const struct plan *plan)
 {
     fprintf(out, "| %s | %s | %u | %u | %.0f | %.3f | %.1f %% | %.1f %% | %.1f %% |\n", what,
-            scene->name, renderers, samples, 1e6 * latency_s, plan->render_s,
+            farm.scene->name, farm.renderers, farm.samples, 1e6 * farm.latency_s, plan->render_s,
             100 * plan->efficiency, 100 * plan->master, 100 * plan->repeated);
-    fprintf(csv, "\"%s\",%s,%u,%u,%.1e,%.6f,%.5f,%.5f,%.5f\n", what, scene->name, renderers,
-            samples, latency_s, plan->render_s, plan->efficiency, plan->master, plan->repeated);
+    fprintf(csv, "\"%s\",%s,%u,%u,%.1e,%.6f,%.5f,%.5f,%.5f\n", what, farm.scene->name,
+            farm.renderers, farm.samples, farm.latency_s, plan->render_s, plan->efficiency,
+            plan->master, plan->repeated);
     fflush(out);
     fflush(csv);
 }
 
-static void one_master(FILE *out, FILE *csv, const struct bench_scene *scene, uint32_t renderers,
-                       uint32_t samples, double latency_s)
+/* kind: in front of the scene in the name of the value. */
+static void keep_efficiency(const char *kind, struct farm farm, const struct plan *plan)
 {
-    struct picture_costs costs = large_costs(scene, samples);
-    struct machine machine = large_machine(renderers, 1, latency_s);
-    struct plan plan = plan_run(&machine, &costs, renderers);
-    put_plan(out, csv, "one master", scene, renderers, samples, latency_s, &plan);
-    value_set(plan.efficiency, "plan.%s.%u.%u.%.0f", scene->name, renderers, samples,
-              1e6 * latency_s);
+    value_set(plan->efficiency, "plan.%s%s.%u.%u.%.0f", kind, farm.scene->name, farm.renderers,
+              farm.samples, 1e6 * farm.latency_s);
 }
 
-static void uneven_master(FILE *out, FILE *csv, const struct bench_scene *scene, uint32_t renderers,
-                          uint32_t samples, double latency_s)
+static void one_master(FILE *out, FILE *csv, struct farm farm)
 {
-    struct picture_costs costs = large_costs(scene, samples);
-    struct machine machine = large_machine(renderers, 1, latency_s);
-    double sum, *speeds = uneven_speeds(renderers, &sum);
+    struct picture_costs costs = large_costs(farm.scene, farm.samples);
+    struct machine machine = large_machine(farm.renderers, 1, farm.latency_s);
+    struct plan plan = plan_run(&machine, &costs, farm.renderers);
+    put_plan(out, csv, "one master", farm, &plan);
+    keep_efficiency("", farm, &plan);
+}
+
+static void uneven_master(FILE *out, FILE *csv, struct farm farm)
+{
+    struct picture_costs costs = large_costs(farm.scene, farm.samples);
+    struct machine machine = large_machine(farm.renderers, 1, farm.latency_s);
+    double sum, *speeds = uneven_speeds(farm.renderers, &sum);
     machine.speeds = speeds;
     struct plan plan = plan_run(&machine, &costs, sum);
-    put_plan(out, csv, "one master, speeds 0.5 to 2", scene, renderers, samples, latency_s, &plan);
-    value_set(plan.efficiency, "plan.uneven.%s.%u.%u.%.0f", scene->name, renderers, samples,
-              1e6 * latency_s);
+    put_plan(out, csv, "one master, speeds 0.5 to 2", farm, &plan);
+    keep_efficiency("uneven.", farm, &plan);
     free(speeds);
 }
 
-static void two_levels(FILE *out, FILE *csv, const struct bench_scene *scene, uint32_t renderers,
-                       uint32_t node_cores, uint32_t samples, double latency_s)
+static void two_levels(FILE *out, FILE *csv, struct farm farm, uint32_t node_cores)
 {
-    struct picture_costs costs = large_costs(scene, samples);
-    struct machine machine = large_machine(renderers, node_cores, latency_s);
+    struct picture_costs costs = large_costs(farm.scene, farm.samples);
+    struct machine machine = large_machine(farm.renderers, node_cores, farm.latency_s);
     double cores = (double)machine.renderers * node_cores;
     struct plan plan = plan_run(&machine, &costs, cores);
     char *what = format_text("second level: nodes of %u", node_cores);
-    put_plan(out, csv, what, scene, renderers, samples, latency_s, &plan);
+    put_plan(out, csv, what, farm, &plan);
     free(what);
 }
 
-static void window_index(FILE *out, FILE *csv, const struct bench_scene *scene, uint32_t renderers,
-                         uint32_t edge, uint32_t samples, double latency_s)
+static void window_index(FILE *out, FILE *csv, struct farm farm, uint32_t edge)
 {
-    struct picture_costs costs = large_costs(scene, samples);
-    struct plan plan = index_run(&costs, renderers, edge, latency_s);
+    struct picture_costs costs = large_costs(farm.scene, farm.samples);
+    struct plan plan = index_run(&costs, farm.renderers, edge, farm.latency_s);
     char *what = format_text("index in a window, tiles of %u", edge);
-    put_plan(out, csv, what, scene, renderers, samples, latency_s, &plan);
+    put_plan(out, csv, what, farm, &plan);
     free(what);
 }
 
@@ -210,9 +218,9 @@ static void put_saturation(FILE *out, FILE *csv)
     put_head(out);
     for (uint32_t renderers = 1000; renderers <= 100000; renderers *= 10)
         for (unsigned i = 0; i < 3; i++)
-            one_master(out, csv, garden, renderers, plan_samples[i], 1e-5);
+            one_master(out, csv, (struct farm){garden, renderers, plan_samples[i], 1e-5});
     for (uint32_t renderers = 1000; renderers <= 10000; renderers *= 10)
-        one_master(out, csv, &bench_scenes[0], renderers, 4096, 1e-5);
+        one_master(out, csv, (struct farm){&bench_scenes[0], renderers, 4096, 1e-5});
 }
 
 static void put_latencies(FILE *out, FILE *csv)
@@ -220,12 +228,12 @@ static void put_latencies(FILE *out, FILE *csv)
     const struct bench_scene *garden = &bench_scenes[1];
     fprintf(out, "\n**Latency, and speeds that differ by a factor of 4**\n");
     put_head(out);
-    one_master(out, csv, garden, 10000, 4096, 1e-6);
-    one_master(out, csv, garden, 10000, 4096, 1e-4);
-    uneven_master(out, csv, garden, 1000, 4096, 1e-5);
+    one_master(out, csv, (struct farm){garden, 10000, 4096, 1e-6});
+    one_master(out, csv, (struct farm){garden, 10000, 4096, 1e-4});
+    uneven_master(out, csv, (struct farm){garden, 1000, 4096, 1e-5});
     for (double latency = 1e-6; latency < 2e-4; latency *= 10)
-        uneven_master(out, csv, garden, 10000, 4096, latency);
-    uneven_master(out, csv, garden, 100000, 4096, 1e-5);
+        uneven_master(out, csv, (struct farm){garden, 10000, 4096, latency});
+    uneven_master(out, csv, (struct farm){garden, 100000, 4096, 1e-5});
 }
 
 static void put_further(FILE *out, FILE *csv)
@@ -239,12 +247,12 @@ static void put_further(FILE *out, FILE *csv)
         "fetch-and-add in a window of rank 0; pixels by one-sided messages; the list is taken to "
         "know what tiles cost, not what probes predict). Neither is in the farm.\n");
     put_head(out);
-    two_levels(out, csv, garden, 10000, 16, 256, 1e-5);
-    two_levels(out, csv, garden, 100000, 16, 4096, 1e-5);
-    two_levels(out, csv, garden, 100000, 32, 4096, 1e-5);
-    window_index(out, csv, garden, 10000, 16, 256, 1e-5);
-    window_index(out, csv, garden, 10000, 8, 256, 1e-5);
-    window_index(out, csv, garden, 100000, 8, 4096, 1e-5);
+    two_levels(out, csv, (struct farm){garden, 10000, 256, 1e-5}, 16);
+    two_levels(out, csv, (struct farm){garden, 100000, 4096, 1e-5}, 16);
+    two_levels(out, csv, (struct farm){garden, 100000, 4096, 1e-5}, 32);
+    window_index(out, csv, (struct farm){garden, 10000, 256, 1e-5}, 16);
+    window_index(out, csv, (struct farm){garden, 10000, 256, 1e-5}, 8);
+    window_index(out, csv, (struct farm){garden, 100000, 4096, 1e-5}, 8);
 }
 
 void section_plan(FILE *out)
