@@ -8,6 +8,12 @@
 
 #include "worker/lanes.h"
 
+/* floats_of_lanes(): rounded to nearest.
+ * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): -a where b is negative.
+ * floats_mul_add(): a b + c; floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
+ * same_31(): of eight numbers those whose lower 31 bits are those of b.
+ * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+
 #if LANES_IN_SIMD
 
 struct floats {
@@ -124,10 +130,7 @@ static inline struct lanes lanes_of_floats(struct floats a)
 
 static inline struct floats floats_choose(lane_set set, struct floats a, struct floats b)
 {
-    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    __m256i chosen = _mm256_and_si256(_mm256_set1_epi32((int)set), bits);
-    __m256i here = _mm256_cmpeq_epi32(chosen, bits);
-    return (struct floats){_mm256_blendv_ps(b.v, a.v, _mm256_castsi256_ps(here))};
+    return (struct floats){_mm256_blendv_ps(b.v, a.v, _mm256_castsi256_ps(mask_8(set)))};
 }
 
 static inline lane_set floats_less(struct floats a, struct floats b)
@@ -230,13 +233,5 @@ static inline void floats_store(float *to, struct floats a)
 }
 
 #endif
-
-/*
- * floats_of_lanes(): rounded to nearest.
- * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): a, negated where b is negative.
- * floats_mul_add(): a b + c; floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
- * same_31(): the set of those of eight numbers whose lower 31 bits are those of b.
- * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that the result is b if a is NaN.
- */
 
 #endif

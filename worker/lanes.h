@@ -48,6 +48,16 @@ static inline unsigned lanes_before(lane_set set, unsigned lane, lane_set smalle
     return (unsigned)__builtin_popcount(before & set);
 }
 
+/* What each level below has, beside functions that say what they do:
+ * lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
+ * lanes_sum(): of all lanes, added up in the same order on every level.
+ * lanes_choose(): a in the lanes of the set, b in the others.
+ * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
+ * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+ * lanes_transpose(): of three doubles for each lane those that the order names first, second and
+ * third; what lies behind them is not touched. lanes_of_rows(): the first, second, ... of four doubles
+ * for each lane. */
+
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 
 #define LANES_IN_SIMD 1
@@ -282,6 +292,13 @@ static inline double lanes_sum(struct lanes a)
     return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
 }
 
+/* All bits of the eight numbers that are in the set. */
+static inline __m256i mask_8(lane_set set)
+{
+    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)set), bits), bits);
+}
+
 static inline __m256d mask_4(lane_set set)
 {
     const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
@@ -309,10 +326,8 @@ static inline lane_set equal_ids(const uint32_t ids[LANES], uint32_t id)
 
 static inline void put_ids(uint32_t ids[LANES], lane_set set, uint32_t id)
 {
-    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    __m256i chosen = _mm256_and_si256(_mm256_set1_epi32((int)set), bits);
-    __m256i here = _mm256_cmpeq_epi32(chosen, bits), old = _mm256_loadu_si256((const void *)ids);
-    __m256i put = _mm256_blendv_epi8(old, _mm256_set1_epi32((int)id), here);
+    __m256i old = _mm256_loadu_si256((const void *)ids);
+    __m256i put = _mm256_blendv_epi8(old, _mm256_set1_epi32((int)id), mask_8(set));
     _mm256_storeu_si256((void *)ids, put);
 }
 
@@ -464,17 +479,5 @@ static INLINED void lanes_of_rows(const double *const at[LANES], struct lanes ou
 }
 
 #endif
-
-/*
- * The functions that all three levels define above:
- * lanes_lowest(), lanes_highest(): over all lanes, none of which may be NaN.
- * lanes_sum(): over all lanes, added up in the same order on every level.
- * lanes_choose(): a in the lanes of the set, b in the others.
- * equal_ids(): the lanes that have this id; put_ids(): stores it in those of the set.
- * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that the result is b if a is NaN.
- * lanes_transpose(): of three doubles for each lane, those that the order names first, second and third;
- * memory after them is not accessed.
- * lanes_of_rows(): the first, second, ... of four doubles for each lane.
- */
 
 #endif

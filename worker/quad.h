@@ -14,6 +14,15 @@
 
 #define QUAD 4
 
+/* quad_larger(), quad_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+ * quad_sub_mul(): a - b c; rounded once or twice.
+ * quad_point(), quad_floats(): those that the order names first, second and third; the fourth is 0
+ * of a point, and where it was of floats.
+ * quad_transpose(): of three doubles for each of four points those that the order names first,
+ * second and third; what lies behind them is not touched.
+ * quad_of_rows(): the first, second, ... of four doubles for each of four points.
+ * quad_same(): of four doubles those that have the same bits. */
+
 #if defined(__AVX2__) && defined(__FMA__)
 
 #include <immintrin.h>
@@ -224,16 +233,5 @@ static inline void quad_transpose(const double *const at[QUAD], const struct qua
 }
 
 #endif
-
-/*
- * quad_larger(), quad_smaller(): a > b ? a : b, a < b ? a : b, so that the result is b if a is NaN.
- * quad_sub_mul(): a - b c; rounded once or twice.
- * quad_point(), quad_floats(): the values that the order names first, second and third; the fourth is 0 for a
- * point, and stays in place for floats.
- * quad_transpose(): of three doubles for each of four points, those that the order names first, second and
- * third; memory after them is not accessed.
- * quad_of_rows(): the first, second, ... of four doubles for each of four points.
- * quad_same(): the set of those of four doubles that have equal bits.
- */
 
 #endif
