@@ -10,285 +10,13 @@
 
 enum {
     COLUMNS_UNKNOWN = 80,
-    COLUMNS_MIN = 40, /* the least that the columns of figures need */
+    COLUMNS_MIN = 40, /* the narrowest that the columns of figures need */
     COLUMNS_MAX = 100,
-    ROW_COLUMNS = 40, /* of a rank's row, without pixels and bar */
-    SHARE_COLUMNS = 9,
-    RANKS_MAX = 16, /* where there are more, not all are shown */
-    RANKS_ENDS = 4, /* of these, so many of the busiest and of the idlest are shown */
-    BAR_MIN = 6,
-    BAR_MAX = 24,
 };
-
-struct table {
-    FILE *out;
-    int columns;
-    int used; /* columns already used of the current line of flowing text */
-};
-
-static double share_of(double part, double whole)
-{
-    return whole > 0 ? fmax(part, 0) / whole : 0;
-}
-
-/* Ends a row with a bar in what is left of the line, if that is enough for one. */
-static void end_with_bar(const struct table *table, int used, double fraction)
-{
-    int room = table->columns - used - 2;
-    if (room > BAR_MAX) room = BAR_MAX;
-    int length = (int)(fmin(fraction, 1) * room + 0.5);
-    if (room >= BAR_MIN && length > 0) fputs("  ", table->out);
-    if (room >= BAR_MIN)
-        for (int i = 0; i < length; i++)
-            fputc('#', table->out);
-    fputc('\n', table->out);
-}
-
-/* With milliseconds below 9999 s, else in whole seconds; 8 characters for up to three years. */
-static struct figure seconds_figure(double seconds)
-{
-    struct figure figure;
-    snprintf(figure.text, sizeof figure.text, "%.*f", seconds < 9999 ? 3 : 0, fmin(seconds, 1e9));
-    return figure;
-}
-
-/* Three significant digits; from 1000 to 1e9 whole seconds. */
-static struct figure rough_seconds(double seconds)
-{
-    struct figure figure;
-    bool many = seconds >= 999.5 && seconds < 1e9;
-    snprintf(figure.text, sizeof figure.text, many ? "%.0f" : "%.3g", seconds);
-    return figure;
-}
-
-static struct figure whole_figure(double count, double limit)
-{
-    if (!(count < limit)) return figure_count(count);
-    struct figure figure;
-    snprintf(figure.text, sizeof figure.text, "%.0f", count);
-    return figure;
-}
-
-static void put_seconds(const struct table *table, const char *label, double seconds, double whole)
-{
-    double share = share_of(seconds, whole);
-    int used = fprintf(table->out, "  %-16s %8s s %6.1f %%", label, seconds_figure(seconds).text,
-                       100 * share);
-    end_with_bar(table, used, share);
-}
-
-/* Allocating the picture's memory is shown if it takes at least this part of the whole time: with a hundred million
- * pixels it takes seconds. */
-#define ROOM_TOLD 0.01
-
-/* The times of starting MPI and of sharing the scene include waiting until all ranks are there. It happens inside MPI's
- * calls, so it cannot be measured separately. */
-static void put_run(const struct table *table, const struct run_times *time, bool resumed)
-{
-    double rest = time->total - time->init - time->load - time->broadcast - time->build -
-                  time->render - time->write - (resumed ? time->resume : 0);
-    bool room_told = time->room >= ROOM_TOLD * time->total;
-    if (room_told) rest -= time->room;
-    fprintf(table->out, "\nWall time of rank 0\n");
-    put_seconds(table, "starting MPI", time->init, time->total);
-    put_seconds(table, "loading", time->load, time->total);
-    if (room_told) put_seconds(table, "picture memory", time->room, time->total);
-    if (resumed) put_seconds(table, "reading journal", time->resume, time->total);
-    put_seconds(table, "sharing scene", time->broadcast, time->total);
-    put_seconds(table, "building the BVH", time->build, time->total);
-    put_seconds(table, "rendering", time->render, time->total);
-    put_seconds(table, "writing", time->write, time->total);
-    put_seconds(table, "other", fmax(rest, 0), time->total);
-    fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
-}
-
-/* Cores count as shared if the CPU time is less than this part of the busy time, which is wall time. */
-#define SHARED_CORE 0.9
-
-/* Sums over all renderers, in seconds. */
-struct work {
-    double busy, cpu;
-    double probe, intersect, shade; /* wall time of tiles: parts of busy */
-    double wait;
-    bool shared; /* cores were shared */
-};
-
-static struct work work_of(const struct report *report, const struct render_counts *counts)
-{
-    struct work work = {.intersect = counts->intersect_s, .shade = counts->shade_s};
-    for (int i = 0; i < report->renderer_count; i++) {
-        const struct renderer_stats *stats = &report->renderers[i];
-        work.busy += stats->busy_s;
-        work.cpu += stats->cpu_s;
-        work.wait += stats->wait_s;
-    }
-    work.shared = work.cpu < SHARED_CORE * work.busy;
-    work.probe = fmin(report->time.probe * report->renderer_count,
-                      fmax(work.busy - work.intersect - work.shade, 0));
-    return work;
-}
-
-/* Where cores were shared, the CPU time is divided in proportion to the wall time of the parts of tiles, as preemption
- * hits all of these parts alike. It hits the time between two tiles more often, which is left out: the CPU time is
- * asked for there by a system call, at which the system tends to let others run. */
-static double part_of(const struct work *work, double seconds)
-{
-    double parts = work->probe + work->intersect + work->shade;
-    return work->shared ? work->cpu * share_of(seconds, parts) : seconds;
-}
-
-/* What the renderers did during the render phase, each counted from its start to its end. */
-static void put_rendering(const struct table *table, const struct report *report,
-                          const struct work *work)
-{
-    int renderers = report->renderer_count;
-    double whole = report->time.render * renderers;
-    /* All renderers wait during planning. */
-    double plan = fmin(report->plan_s * renderers, work->wait);
-    const struct {
-        const char *label;
-        double seconds;
-        bool shown;
-    } parts[] = {
-        {"pre-pass", part_of(work, work->probe), work->probe > 0},
-        {"intersection", part_of(work, work->intersect), true},
-        {"shading", part_of(work, work->shade), true},
-        {"without a core", work->busy - work->cpu, work->shared},
-        {"planning passes", plan, plan > 0},
-        {"waiting", work->wait - plan, true},
-    };
-    fprintf(table->out,
-            renderers == 1 ? "\nOf rendering\n" : "\nOf rendering, mean of %d renderers\n",
-            renderers);
-    double rest = whole;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-        if (!parts[i].shown) continue;
-        put_seconds(table, parts[i].label, parts[i].seconds / renderers, whole / renderers);
-        rest -= parts[i].seconds;
-    }
-    put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
-}
-
-/* A row of the table of ranks. For the mean, the counts have fractions. */
-struct row {
-    char label[16];
-    const char *host; /* NULL: no such column */
-    double tiles, pixels, busy_s, wait_s;
-};
-
-static bool hosts_differ(const struct report *report)
-{
-    const char *known = ""; /* a rank that never reported has none */
-    for (int i = 0; i < report->renderer_count; i++) {
-        const char *host = report->renderers[i].host;
-        if (*known && *host && strcmp(host, known) != 0) return true;
-        if (*host) known = host;
-    }
-    return false;
-}
-
-/* Whether there is room for pixels, their share and a bar. If not, only the share is shown. */
-static bool shows_pixels(const struct table *table)
-{
-    return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
-}
-
-/* pixels: of the picture; most: the busiest rank's seconds, for the longest bar. */
-static void put_row(const struct table *table, const struct row *row, double pixels, double most)
-{
-    int used = fprintf(table->out, "%6s %6s", row->label, whole_figure(row->tiles, 1e6).text);
-    if (shows_pixels(table))
-        used += fprintf(table->out, " %8s", whole_figure(row->pixels, 1e8).text);
-    used += fprintf(table->out, " %6.1f %% %8s %8s", 100 * share_of(row->pixels, pixels),
-                    seconds_figure(row->wait_s).text, seconds_figure(row->busy_s).text);
-    if (row->host && used + 2 + 16 <= table->columns)
-        used += fprintf(table->out, "  %-16.16s", row->host);
-    end_with_bar(table, used, share_of(row->busy_s, most));
-}
-
-static void put_heading(const struct table *table, bool hosts)
-{
-    int used = fprintf(table->out, "\n%6s %6s", "rank", "tiles") - 1;
-    if (shows_pixels(table)) used += fprintf(table->out, " %8s", "pixels");
-    used += fprintf(table->out, " %8s %8s %8s", "share", "wait s", "busy s");
-    if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
-    fputc('\n', table->out);
-}
-
-static struct row rank_row(const struct renderer_stats *stats, bool hosts)
-{
-    struct row row = {.host = hosts ? stats->host : NULL,
-                      .tiles = stats->tiles,
-                      .pixels = (double)stats->pixels,
-                      .busy_s = stats->busy_s,
-                      .wait_s = stats->wait_s};
-    snprintf(row.label, sizeof row.label, "%u", stats->rank);
-    return row;
-}
-
-static struct row mean_row(const struct report *report, bool hosts)
-{
-    struct row mean = {.label = "mean", .host = hosts ? "" : NULL};
-    for (int i = 0; i < report->renderer_count; i++) {
-        const struct renderer_stats *stats = &report->renderers[i];
-        mean.tiles += (double)stats->tiles / report->renderer_count;
-        mean.pixels += (double)stats->pixels / report->renderer_count;
-        mean.busy_s += stats->busy_s / report->renderer_count;
-        mean.wait_s += stats->wait_s / report->renderer_count;
-    }
-    return mean;
-}
-
-static double busiest(const struct report *report)
-{
-    double most = 0;
-    for (int i = 0; i < report->renderer_count; i++)
-        most = fmax(most, report->renderers[i].busy_s);
-    return most;
-}
-
-static int busiest_first(const void *left, const void *right)
-{
-    const struct renderer_stats *a = *(const struct renderer_stats *const *)left;
-    const struct renderer_stats *b = *(const struct renderer_stats *const *)right;
-    if (a->busy_s != b->busy_s) return a->busy_s > b->busy_s ? -1 : 1;
-    return a->rank < b->rank ? -1 : a->rank > b->rank;
-}
-
-/* In rank order if all of them are shown, else the busiest first. */
-static const struct renderer_stats **order_ranks(const struct report *report)
-{
-    size_t count = report->renderer_count > 0 ? (size_t)report->renderer_count : 0;
-    const struct renderer_stats **order = allocate(count, sizeof *order);
-    for (size_t i = 0; i < count; i++)
-        order[i] = &report->renderers[i];
-    if (count > RANKS_MAX) qsort(order, count, sizeof *order, busiest_first);
-    return order;
-}
-
-static void put_ranks(const struct table *table, const struct report *report)
-{
-    bool hosts = hosts_differ(report);
-    int count = report->renderer_count;
-    struct row mean = mean_row(report, hosts);
-    double pixels = mean.pixels * count, most = busiest(report);
-    const struct renderer_stats **order = order_ranks(report);
-    put_heading(table, hosts);
-    for (int i = 0; i < count; i++) {
-        if (count > RANKS_MAX && i == RANKS_ENDS) {
-            i = count - RANKS_ENDS;
-            fprintf(table->out, "%6s  %d more, then the idlest\n", "...", count - 2 * RANKS_ENDS);
-        }
-        struct row row = rank_row(order[i], hosts);
-        put_row(table, &row, pixels, most);
-    }
-    if (count > 1) put_row(table, &mean, pixels, most);
-    free(order);
-}
 
 #define INDENT 2
 
-/* Puts a piece of flowing text on the current line if it fits there, else on a new, indented line. */
+/* A piece of flowing text: on the current line if it fits there, else on a new one, which is indented. */
 static void put_piece(struct table *table, const char *join, const char *format, va_list arguments)
 {
     char piece[256];
@@ -300,7 +28,7 @@ static void put_piece(struct table *table, const char *join, const char *format,
     table->used += fprintf(table->out, "%s%s", table->used ? join : "", piece);
 }
 
-/* An item of a list, separated by a comma. */
+/* An item of a list. */
 static void flow(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow(struct table *table, const char *format, ...)
@@ -311,7 +39,7 @@ static void flow(struct table *table, const char *format, ...)
     va_end(arguments);
 }
 
-/* More text of the last item, separated by a space. */
+/* More of the last one. */
 static void flow_on(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow_on(struct table *table, const char *format, ...)
@@ -356,7 +84,7 @@ static void put_rays(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* The path is never shortened: a shortened one could not be used. */
+/* Whole, however long it is: a path that is cut cannot be used. */
 void report_path(FILE *out, const char *label, const char *path)
 {
     char *name = printable_text(path);
@@ -364,7 +92,7 @@ void report_path(FILE *out, const char *label, const char *path)
     free(name);
 }
 
-/* The largest speed-up that is possible with more renderers than cores. */
+/* What speed-up more renderers than cores can have at most. */
 static void put_cores(struct table *table, const struct report *report)
 {
     uint32_t most = report->processors;
@@ -372,7 +100,7 @@ static void put_cores(struct table *table, const struct report *report)
     flow(table, "%d renderers", report->renderer_count);
     if (report->cores == most)
         flow_on(table, "on %u core%s:", most, most == 1 ? "" : "s");
-    else /* cores of one machine are of no use to renderers of another one */
+    else /* cores of one machine are none for those of another */
         flow(table, "%u on a core at a time:", most);
     if (most == 1)
         flow_on(table, "no faster than one");
@@ -393,7 +121,16 @@ static void put_shared_cores(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* An error with two significant digits, as 0.00005, not as 5e-05. */
+/* Three digits, and from 1000 on whole seconds, as long as figures of digits are short. */
+static struct figure rough_seconds(double seconds)
+{
+    struct figure figure;
+    bool many = seconds >= 999.5 && seconds < 1e9;
+    snprintf(figure.text, sizeof figure.text, many ? "%.0f" : "%.3g", seconds);
+    return figure;
+}
+
+/* Of an error: two digits, 0.00005, not 5e-05. */
 static struct figure error_figure(double error)
 {
     struct figure figure;
@@ -409,7 +146,7 @@ static struct figure error_figure(double error)
     return figure;
 }
 
-/* The same for an upper bound: rounded up. */
+/* The same of what is an error at most: not less than that. */
 static struct figure bound_figure(double bound)
 {
     struct figure figure = error_figure(bound);
@@ -423,8 +160,7 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
     end_flow(table);
 }
 
-/* "0.001 would take about 41 s (36 to 50), with 256 samples, ...", as if this run had rendered an earlier run's part,
- * too. */
+/* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
@@ -450,7 +186,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
-/* The error where there is no estimate, as with one sample per pixel: only a reference can show it. */
+/* Where nothing tells the error but a reference, as one sample of each pixel does not. */
 static void put_unestimated(struct table *table, const struct report *report)
 {
     if (report->has_reference)
@@ -461,7 +197,7 @@ static void put_unestimated(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* The error of the whole picture. share: part of its pixels that have samples, with this RMSE. */
+/* Of the whole picture, of which so large a share has samples and this RMSE. */
 static void put_guessed(struct table *table, const struct report *report, double share, double rmse)
 {
     if (report->unsampled == 0) return;
@@ -475,8 +211,7 @@ static void put_guessed(struct table *table, const struct report *report, double
          error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
 }
 
-/* Where the true error is more than this many times the upper end of the estimate, the reference is probably of another
- * view. */
+/* So many times what was estimated a picture is hardly wrong by: it is rather the reference that is of another view. */
 #define UNLIKELY_ERROR 10
 
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
@@ -505,7 +240,7 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
-    else if (report->has_reference) /* rows have it only where all pixels have samples */
+    else if (report->has_reference) /* a row knows it where all pixels have samples */
         flow(table, "RMSE %s of the whole picture against the reference",
              error_figure(report->truth.rmse).text);
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
@@ -515,7 +250,7 @@ static void put_error(struct table *table, const struct report *report)
         put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
-/* The bound of the error that max_depth and cutoff can have caused. */
+/* What depth and cutoff have left out. */
 static void put_truncation(struct table *table, const struct report *report)
 {
     double most = report_picture_counts(report).truncation;
@@ -527,7 +262,7 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Pixels that are brighter than the picture's file can hold. */
+/* What the picture's file has no room for. */
 static void put_clipped(struct table *table, const struct report *report)
 {
     const struct quantisation *file = &report->quantisation;
@@ -539,11 +274,11 @@ static void put_clipped(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What ended adaptive sampling. */
+/* What has ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
-    /* Pixels without any sample are reported in another line. */
+    /* Of pixels without any sample another line tells. */
     if (report->missing_share > 0 && report->unsampled == 0) {
         flow(table, "pass %u was cut off:", report->passes);
         flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
@@ -555,7 +290,25 @@ static void put_end(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Whether the journal of an earlier run had everything. */
+/* Busy time is wall time: where cores are shared it says more than was computed. */
+#define SHARED_CORE 0.9
+
+static struct work work_of(const struct report *report, const struct render_counts *counts)
+{
+    struct work work = {.intersect = counts->intersect_s, .shade = counts->shade_s};
+    for (int i = 0; i < report->renderer_count; i++) {
+        const struct renderer_stats *stats = &report->renderers[i];
+        work.busy += stats->busy_s;
+        work.cpu += stats->cpu_s;
+        work.wait += stats->wait_s;
+    }
+    work.shared = work.cpu < SHARED_CORE * work.busy;
+    work.probe = fmin(report->time.probe * report->renderer_count,
+                      fmax(work.busy - work.intersect - work.shade, 0));
+    return work;
+}
+
+/* Whether all there is was in the journal of an earlier run. */
 static bool rendered_nothing(const struct report *report, const struct render_counts *counts)
 {
     return report->resumed.pixels > 0 && counts->rays[RAY_PRIMARY] == 0;
