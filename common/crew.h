@@ -1,7 +1,5 @@
-/*
- * A pool of threads that run the iterations of a loop in parallel, for work that all renderers of a node wait
- * for. The threads sleep between loops.
- */
+/* A thread pool that shares out the rounds of a loop: for what is done while all the renderers of a node wait for
+ * it. Between loops its threads sleep. */
 #ifndef FARM_COMMON_CREW_H
 #define FARM_COMMON_CREW_H
 

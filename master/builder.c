@@ -249,11 +249,11 @@ uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind k
     return (uint32_t)builder->primitives[kind].count;
 }
 
-struct doubles builder_doubles(const struct builder *builder, enum primitive_kind kind)
+struct coincidences builder_coincidences(const struct builder *builder, enum primitive_kind kind)
 {
     const struct list *list = &builder->primitives[kind];
-    return find_doubles(kind, list->items, list->count, builder->vertices.items,
-                        builder->vertices.count, builder->materials.items);
+    return find_coincidences(kind, list->items, list->count, builder->vertices.items,
+                             builder->vertices.count, builder->materials.items);
 }
 
 /* Support function of a disc around its centre; normal: unit. */

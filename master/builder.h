@@ -43,7 +43,7 @@ uint64_t builder_primitive_count(const struct builder *builder);
 
 /* Number of primitives of one kind. */
 uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind);
-/* Doubles of one kind; their indices are in the order in which primitives were added. */
+/* Of one kind, by their numbers in the order that they were added in. */
 struct doubles builder_doubles(const struct builder *builder, enum primitive_kind kind);
 
 /*

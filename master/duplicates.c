@@ -164,30 +164,30 @@ uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
     return kept;
 }
 
-struct doubles find_doubles(enum primitive_kind kind, const void *items, uint64_t count,
-                            const struct vec3 *vertices, uint64_t vertex_count,
-                            const struct material *materials)
+struct coincidences find_coincidences(enum primitive_kind kind, const void *items, uint64_t count,
+                                      const struct vec3 *vertices, uint64_t vertex_count,
+                                      const struct material *materials)
 {
-    struct doubles doubles = {0};
+    struct coincidences found = {0};
     struct kind own = kind_of(kind, vertices, materials);
     own.one_way = true;
     const unsigned char *all = items;
     uint64_t clear = 0;
     for (uint64_t i = 0; i < count; i++)
         clear += !is_opaque(&own, all + i * own.size);
-    if (clear < 2) return doubles;
+    if (clear < 2) return found;
     uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
     own.vertex_hashes = hashes;
     struct table table = table_for(clear);
     for (uint32_t i = 0; i < count; i++) {
         const unsigned char *item = all + i * own.size;
         uint32_t holder = is_opaque(&own, item) ? i : take_place(&table, &own, all, item, i);
-        if (holder != i && doubles.count++ == 0) {
-            doubles.earlier = holder;
-            doubles.first = i;
+        if (holder != i && found.count++ == 0) {
+            found.earlier = holder;
+            found.first = i;
         }
     }
     free(table.slots);
     free(hashes);
-    return doubles;
+    return found;
 }

@@ -1,4 +1,4 @@
-/* An indexed heap: ids with keys, the highest key on top, of equal keys the lowest id. */
+/* An indexed binary heap: numbered things, the one with the highest key on top; of equal keys the lowest number. */
 #ifndef FARM_MASTER_HEAP_H
 #define FARM_MASTER_HEAP_H
 

@@ -217,19 +217,19 @@ static char *place_of_earlier(const struct loaded_section *section,
 }
 
 /* Told are those that let light through, in one warning: each makes rays more, and nothing shows it but the time. */
-static void warn_of_doubles(const struct loader *loader)
+static void warn_of_coincidences(const struct loader *loader)
 {
-    struct doubles first = {0};
+    struct coincidences first = {0};
     enum primitive_kind first_kind = PRIMITIVE_KINDS;
     uint64_t count = 0;
     for (int k = 0; k < PRIMITIVE_KINDS; k++) {
         enum primitive_kind kind = (enum primitive_kind)k;
-        struct doubles doubles = builder_doubles(loader->builder, kind);
+        struct coincidences found = builder_coincidences(loader->builder, kind);
         if (count == 0) {
-            first = doubles;
+            first = found;
             first_kind = kind;
         }
-        count += doubles.count;
+        count += found.count;
     }
     if (count == 0) return;
     const struct loaded_section *section = section_of(loader, first_kind, first.first);
@@ -265,7 +265,7 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     first += lights.count;
     loader->amended = sections_from(ini, first, ini->count - first);
     if (!load_scene(loader, &scene)) return false;
-    warn_of_doubles(loader);
+    warn_of_coincidences(loader);
     frame_scene(loader->builder, settings, setting_is_set(loader, "camera", "eye"),
                 setting_is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);
