@@ -144,7 +144,8 @@ INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BU
     test_rough_triangles test_tree))
 UNITS  += $(INSIDE)
 INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))
-STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference*.c))
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c \
+    test/reference*.c))
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
@@ -191,7 +192,8 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-%/worker/points.o %/worker/points_light.o %/worker/points_order.o %/worker/radiance.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
+%/worker/points.o %/worker/points_light.o %/worker/points_order.o %/worker/radiance.o %/worker/sample.o: \
+    FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made
@@ -250,7 +252,8 @@ bench-stability: $(BUILD)/bench/stability all
 	    status=$$?; sh bench/stability_cost.sh || status=1; (exit $$status)$(call draw,stability)
 
 # What pictures claim to be wrong by for max_depth and cutoff, against what they are.
-$(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
+$(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o \
+    $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
 	$(call link,$(LIBS) -lmpfr -lgmp)
 
 # Some minutes; SCENES=FOLDER for the scene files of another folder as well.
@@ -286,9 +289,9 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 # hour of it for the peers, a quarter of an hour for time limits. What was measured is kept: ended, it goes on
 # where it was. ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480
 # for more; bench/error.sh has all of them.
-ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_fields.c bench/error_lattice.c \
-              bench/error_scale.c \
-              bench/kernel_export.c bench/kernel_picture.c bench/kernel_scenes.c)
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_fields.c \
+              bench/error_lattice.c bench/error_scale.c bench/kernel_export.c bench/kernel_picture.c \
+              bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 	$(call link,$(LIBS))
@@ -298,7 +301,8 @@ bench-error: $(BUILD)/bench/error_tool all
 	FARM="$(abspath $(FARM))" TOOL="$(abspath $(BUILD)/bench/error_tool)" WORK=$(BUILD)/bench/error.out \
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
-$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/median.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
+$(BUILD)/bench/omit: $(addprefix $(BUILD)/,bench/omit.o bench/median.o bench/report_values.o common/message.o \
+    common/memory.o)
 	$(call link,-lm)
 
 # About five minutes.
@@ -371,8 +375,8 @@ valgrind: all
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
 # clang's warnings are others than gcc's: what is clean here compiles with both.
-# What is looked at, bench/ by cppcheck alone, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
-# program than without: it is looked at twice.
+# What is looked at, bench/ by cppcheck alone, and how a compiler that is not mpicc finds mpi.h. In lanes the
+# kernel is another program than without: it is looked at twice.
 LINT_IN   ?= common master worker test/fuzz config/models
 tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -- -std=c17 \
     -D_GNU_SOURCE -I. $(filter -I%,$(COMPILE)) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
@@ -444,6 +448,7 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/balance_messages.d $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(ERROR_TOOL:.o=.d) $(BUILD)/bench/error_truncation.d $(PRELOADED:%=$(BUILD)/%.so.d) $(wildcard $(BUILD)/test/fuzz/*.d)
+# What each object that there is was made of.
+-include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d)
 
 endif # AFTERWARDS
