@@ -1,0 +1,146 @@
+/* What several tests of the work queue share: configurations, answers of renderers, and checks of what the queue
+ * counts. */
+#ifndef FARM_TEST_QUEUE_FIXTURE_H
+#define FARM_TEST_QUEUE_FIXTURE_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/queue_parts.h"
+#include "test/random.h"
+
+static const struct queue_config four = {
+    .width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
+
+static const struct queue_config with_probes = {
+    .width = 64, .height = 48, .renderers = 4, .tile_edge = 8, .probe_edge = 2};
+
+static inline void mark(unsigned char *seen, const struct queue_config *config,
+                        const struct tile *tile)
+{
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        assert_true(x < config->width && y < config->height);
+        assert_int_equal(seen[(size_t)y * config->width + x]++, 0);
+    }
+}
+
+/* Of pieces that were kept; returns how many count. */
+static inline uint32_t hear_fates(struct queue *queue, unsigned char *seen,
+                                  const struct queue_config *config)
+{
+    struct fate fate;
+    uint32_t count = 0;
+    for (; queue_fate(queue, &fate); count += fate.counts) {
+        struct tile tile = queue_tile_of(queue, fate.id);
+        if (fate.counts) mark(seen, config, &tile);
+    }
+    return count;
+}
+
+/* Probes of any cost whatever. */
+static inline void answer_probe(struct queue *queue, const struct tile *probe, uint64_t *seed)
+{
+    float seconds[64];
+    uint32_t pixels = tile_pixels(probe);
+    assert_true(pixels <= 64);
+    for (uint32_t k = 0; k < pixels; k++)
+        seconds[k] = 1e-6f * (float)random_below(seed, 1000);
+    queue_probed(queue, probe, seconds);
+}
+
+/* Answers a part of a lot. */
+static inline void finish_part(struct queue *queue, uint32_t renderer, const struct tile *lot,
+                               uint32_t from, uint32_t to)
+{
+    for (uint32_t i = from; i < to; i++)
+        assert_true(queue_finish(queue, renderer, lot[i].id, 1e-3, 1e-3));
+}
+
+/* A lot is answered, whatever it is of. */
+static inline void finish_lot(struct queue *queue, uint32_t renderer, const struct tile *lot,
+                              uint32_t count, double now)
+{
+    uint64_t seed = 1;
+    for (uint32_t i = 0; i < count; i++) {
+        if (lot[i].pass == TILE_PROBE) answer_probe(queue, &lot[i], &seed);
+        queue_finish(queue, renderer, lot[i].id, now, 1e-3);
+    }
+}
+
+/* An answer takes the master so long, beside what its pixels take it. */
+static inline void serve_for(struct queue *queue, double seconds)
+{
+    for (int i = 0; i < 200; i++)
+        queue_served(queue, seconds, 1);
+}
+
+/* Forgets what renderers are to be told; returns how much of it says that this renderer's tile is
+ * finished. */
+static inline uint32_t told_finished(struct queue *queue, uint32_t renderer, uint32_t id)
+{
+    struct recall recall;
+    uint32_t count = 0;
+    while (queue_next_recall(queue, &recall))
+        count += recall.finished && recall.renderer == renderer && recall.id == id;
+    return count;
+}
+
+/* Sums of floats that came and went. */
+static inline void assert_sum(double value, double expected, double all)
+{
+    if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
+}
+
+/* What is counted along the way is what the tiles come to. */
+static inline void check_sums(const struct queue *queue)
+{
+    struct outlook outlook = {0};
+    double waiting_work = 0, total = 0;
+    uint64_t waiting_pixels = 0, finished = 0;
+    uint32_t waiting = 0;
+    for (uint32_t id = 0; id < queue->item_count; id++) {
+        const struct item *item = &queue->items[id];
+        double work = (double)item->work;
+        if (item->pass == 0) assert_true((double)item->worst >= work * (1 - 1e-5));
+        if (agenda_has(&queue->waiting, id)) {
+            assert_false(item->finished);
+            waiting++;
+            waiting_work += work;
+            waiting_pixels += area(item);
+        }
+        if (!is_of_picture(item)) continue;
+        if (!item->skipped) total += work;
+        if (item->finished) finished += area(item);
+        if (item->skipped) {
+            outlook_skip(&outlook, work, area(item));
+        } else if (item->finished) {
+            outlook_finish(&outlook, work, area(item), (double)item->seconds);
+        } else {
+            outlook_add(&outlook, work, area(item));
+        }
+    }
+    uint32_t lost = 0;
+    for (uint32_t i = 0; i < queue->config.renderers; i++)
+        lost += queue->pace.renderers[i].lost;
+    assert_int_equal(queue->pace.lost_count, lost);
+    assert_int_equal(queue->waiting.count, waiting);
+    assert_int_equal(queue->waiting_pixels, waiting_pixels);
+    assert_int_equal(queue->count.pixels_finished, finished);
+    assert_sum(queue->waiting_work, waiting_work, waiting > 0 ? total : 0);
+    assert_sum(queue->pace.total, total, total);
+    for (uint32_t i = 0; i < OUTLOOK_CLASSES; i++) {
+        assert_sum(queue->outlook.classes[i].left, outlook.classes[i].left, total);
+        assert_sum(queue->outlook.classes[i].skipped, outlook.classes[i].skipped, total);
+        assert_sum(queue->outlook.classes[i].done, outlook.classes[i].done, total);
+        assert_sum(queue->outlook.classes[i].seconds, outlook.classes[i].seconds, 1);
+    }
+}
+
+#endif

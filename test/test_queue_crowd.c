@@ -1,0 +1,131 @@
+/* The queue with more renderers than cores. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "common/cores.h"
+#include "test/queue_fixture.h"
+
+/* Four renderers on two cores of one machine. */
+static struct crowd crowd_on_two_cores(void)
+{
+    struct berth berths[4];
+    struct crowd crowd;
+    for (uint32_t i = 0; i < 4; i++) {
+        berths[i] = (struct berth){.machine = "one"};
+        CPU_SET(0, &berths[i].cores);
+        CPU_SET(1, &berths[i].cores);
+    }
+    crowd_init(&crowd, berths, 4);
+    return crowd;
+}
+
+/* All but a tile of each of the first so many renderers is finished, and nothing waits. */
+static struct queue *leave_tiles(const struct queue_config *config, uint32_t keepers)
+{
+    struct queue *queue = queue_create(config);
+    struct tile lot[LOT_TILES];
+    for (uint32_t renderer = 0; renderer < keepers; renderer++)
+        finish_part(queue, renderer, lot, 1, queue_next(queue, renderer, 0, lot));
+    while (queue->waiting.count > 0)
+        finish_part(queue, 3, lot, 0, queue_next(queue, 3, 1e-3, lot));
+    return queue;
+}
+
+/* With more renderers than cores nobody takes what others have while these can use all cores; those who are
+ * late do not. */
+static void test_idle_without_a_core(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    config.crowd = &crowd;
+    for (uint32_t keepers = 1; keepers < 4; keepers++) {
+        struct queue *queue = leave_tiles(&config, keepers);
+        struct tile lot[LOT_TILES];
+        uint32_t working = 0;
+        for (uint32_t i = 0; i < 4; i++)
+            working += queue_tile_count(queue, i) > 0;
+        assert_int_equal(working, keepers);
+        assert_int_equal(queue_idle_cores(queue), keepers == 1);
+        assert_int_equal(queue_has_core(queue, 3), keepers == 1);
+        assert_true(queue_wake(queue) < 100);
+        queue_look(queue, 100);
+        assert_int_equal(queue_idle_cores(queue),
+                         keepers == 3 ? 1 : 2); /* for as many who are idle */
+        assert_true(queue_next(queue, 3, 100, lot) > 0);
+        queue_destroy(queue);
+    }
+    crowd_free(&crowd);
+}
+
+/* Who has finished leaves his core to others at once. */
+static void test_finished_leaves_a_core(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    config.crowd = &crowd;
+    struct queue *queue = leave_tiles(&config, 2);
+    assert_int_equal(queue_idle_cores(queue), 0);
+    queue_finish(queue, 0, queue->holdings.holds[queue->holdings.holders[0].first].id, 1e-3, 1e-3);
+    assert_int_equal(queue_idle_cores(queue), 1);
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
+/* As many as there are cores have stopped with their probes, of which nobody hears that they are late: what
+ * another one has who stops later is rescued all the same. */
+static void test_stopped_with_probes(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = with_probes;
+    config.crowd = &crowd;
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], kept[LOT_TILES];
+    for (uint32_t renderer = 0; renderer < 2; renderer++)
+        assert_true(queue_next(queue, renderer, 0, lot) > 0 && lot[0].pass == TILE_PROBE);
+    finish_lot(queue, 2, lot, queue_next(queue, 2, 0, lot), 0);
+    assert_true(queue_next(queue, 2, 0, kept) > 0 && kept[0].pass != TILE_PROBE);
+    for (uint32_t count; (count = queue_next(queue, 3, 1e-3, lot)) > 0;)
+        finish_lot(queue, 3, lot, count, 1e-3);
+    assert_int_equal(queue->waiting.count, 0);
+    queue_look(queue, 100);
+    for (uint32_t count; (count = queue_next(queue, 3, 100, lot)) > 0;)
+        finish_lot(queue, 3, lot, count, 100);
+    assert_true(queue_complete(queue));
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
+/* Whose turn it was says nothing about a tile; where everybody has a core, the wall does. */
+static void test_seconds_of_a_crowd(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    struct queue *queue = queue_create(&config);
+    assert_true(queue_seconds(queue, 0, 3, 1) == 3);
+    queue_destroy(queue);
+    config.crowd = &crowd;
+    queue = queue_create(&config);
+    assert_true(queue_seconds(queue, 0, 1, 1) == 2); /* two to a core */
+    assert_true(queue_seconds(queue, 1, 7, 1) == 4); /* and somebody else, too */
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_idle_without_a_core),
+        cmocka_unit_test(test_finished_leaves_a_core),
+        cmocka_unit_test(test_stopped_with_probes),
+        cmocka_unit_test(test_seconds_of_a_crowd),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,152 @@
+/* The dynamic schedule: what a renderer that asks gets, and which renderers report tiles that take long. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+#include "test/queue_halves_fixture.h"
+#include "test/queue_late_fixture.h"
+
+/* A lot begins with dear tiles, and cheap ones come with them: never so many that none are left for the
+ * end. */
+static void test_cheap_go_with_dear(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 640, .height = 320, .renderers = 1, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    settle_halves(queue, 640);
+    assert_true(queue->settled);
+    double now = 2e-3;
+    uint32_t with_both = 0, lots = 0;
+    while (queue->waiting_work > 0.1 * queue->pace.total) {
+        uint32_t count = queue_next(queue, 0, now, lot), cheap = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            cheap += lot[i].x >= 320;
+            if (cheap == 0) assert_true(lot[i].x < 320);
+            now += lot[i].x < 320 ? 1e-4 : 1e-6;
+            queue_finish(queue, 0, lot[i].id, now, lot[i].x < 320 ? 1e-4 : 1e-6);
+        }
+        if (count > 0) assert_true(lot[0].x < 320);
+        with_both += cheap > 0 && cheap < count;
+        lots += count > 0;
+    }
+    assert_true(lots > 0 && 2 * with_both > lots);
+    assert_true(queue->waiting_pixels > 640 * 320 / 10);
+    queue_destroy(queue);
+}
+
+/* When the rest is less than what the others' last answers take the master, its own renderer leaves it to them; unless
+ * nobody counts on any of them. */
+static void test_own_renderer_leaves_the_end(void **state)
+{
+    (void)state;
+    for (int own = 0; own <= 1; own++) {
+        struct queue_config config = many;
+        config.master_renders = own;
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        for (uint32_t i = 0; i < 4; i++)
+            finish_part(queue, i, lot, 0, queue_next(queue, i, 0, lot));
+        assert_true(queue_next(queue, 1, 1e-3, lot) > 0);
+        serve_for(queue, 1e-6);
+        assert_true(queue_next(queue, 0, 1e-3, lot) > 0);
+        finish_part(queue, 0, lot, 0, queue_tile_count(queue, 0));
+        serve_for(queue, 1);
+        assert_true(queue->waiting.count > 0);
+        assert_int_equal(queue_next(queue, 0, 1e-3, lot) == 0, own);
+        assert_true(queue_next(queue, 2, 1e-3, lot) > 0);
+        queue_look(queue, 1e6);
+        assert_int_equal(queue->pace.holders, 0);
+        if (own) assert_true(queue_next(queue, 0, 1e6, lot) > 0);
+        queue_destroy(queue);
+    }
+}
+
+/* What takes a renderer long, as it tells, is not what the others are to wait for, nor what it has behind it;
+ * but early in the run it goes on with that itself. */
+static void test_takes_long(void **state)
+{
+    (void)state;
+    for (int early = 0; early <= 1; early++) {
+        struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+        struct queue *queue = begin_late(lots, 0);
+        uint32_t first = lots[1][0].id;
+        double rest = pace_even_end(&queue->pace, 2e-3, queue->waiting_work);
+        float tells[LOT_TILES];
+        assert_int_equal(queue_tells(queue, 1, lots[1], 1, tells), 1);
+        double tell_s = (double)tells[0], seconds = early ? rest / 4 : rest;
+        double predicted = pace_seconds(&queue->pace, 1, (double)queue->items[first].work);
+        assert_true(tell_s > predicted && tell_s < 4 * predicted + pace_least(&queue->pace, 1));
+        assert_true(tell_s < rest / 4);
+        queue_takes_long(queue, 1, first, 2e-3, seconds);
+        assert_int_equal(queue->pace.renderers[1].lost, !early);
+        uint32_t count = queue_next(queue, 2, 2e-3, tiles);
+        assert_true(count >= 3);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(tiles[i].id == lots[1][3 - i].id, !early);
+        assert_int_equal(queue_is_recalled(queue, 1, lots[1][1].id), !early);
+        assert_false(queue_is_recalled(queue, 1, first));
+        /* The neighbours are dear, too; its pieces are at least so dear. */
+        assert_true((double)queue->items[first].seconds >= seconds * 0.999);
+        queue_finish(queue, 1, first, 3e-3, 1);
+        assert_false(queue->pace.renderers[1].lost);
+        queue_destroy(queue);
+    }
+}
+
+/* Where time says nothing of a tile, nobody tells. */
+static void test_who_tells(void **state)
+{
+    (void)state;
+    struct queue_config config = four;
+    struct tile tiles[LOT_TILES];
+    float tells[LOT_TILES];
+    for (int i = 0; i < 3; i++) {
+        config.probe_edge = i == 1 ? 8 : 0;
+        config.schedule = i == 2 ? SCHEDULE_STRIPS : SCHEDULE_DYNAMIC;
+        struct queue *queue = queue_create(&config);
+        assert_true(queue_next(queue, 0, 0, tiles) > 0);
+        assert_int_equal(queue_tells(queue, 0, tiles, 1, tells), i == 0);
+        assert_false(queue_lot_seconds(queue, 0, tiles, 1) > 0);
+        queue_destroy(queue);
+    }
+}
+
+/* Who has become late with probes behind his last tile gets more when they are back. */
+static void test_late_with_probes(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&with_probes);
+    struct tile tiles[LOT_TILES], probes[LOT_TILES];
+    uint32_t count = 0;
+    for (uint32_t lots = 0; lots < 3; lots++)
+        finish_lot(queue, 0, tiles, queue_next(queue, 0, 0, tiles), 1e-3);
+    count = queue_next(queue, 0, 1e-3, tiles);
+    assert_true(count > 0 && tiles[0].pass != TILE_PROBE);
+    uint32_t probe_count = queue_next(queue, 0, 1e-3, probes);
+    assert_true(probe_count > 0 && probes[0].pass == TILE_PROBE);
+    finish_lot(queue, 0, tiles, count, 2e-3);
+    queue_look(queue, 100);
+    assert_true(queue->pace.renderers[0].lost);
+    finish_lot(queue, 0, probes, probe_count, 100);
+    assert_false(queue->settled || queue->pace.renderers[0].lost);
+    assert_true(queue_next(queue, 0, 100, tiles) > 0);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cheap_go_with_dear),
+        cmocka_unit_test(test_own_renderer_leaves_the_end),
+        cmocka_unit_test(test_takes_long),
+        cmocka_unit_test(test_who_tells),
+        cmocka_unit_test(test_late_with_probes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

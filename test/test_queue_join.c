@@ -1,0 +1,91 @@
+/* Joining adjacent cheap tiles once there are predictions. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+#include "test/queue_halves_fixture.h"
+
+/* Where probes say that tiles are cheap beside what there is to do, they are joined; those that somebody has
+ * are not, nor dear ones. */
+static void test_cheap_are_joined(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 200, .height = 136, .renderers = 2, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile tiles[LOT_TILES];
+    unsigned char *seen = calloc(config.width, config.height);
+    uint32_t count, joined = 0, dear = 0;
+    double now = 0;
+    while (!queue->settled || !queue_complete(queue)) {
+        if (queue->settled) check_sums(queue);
+        for (uint32_t renderer = 0; renderer < 2; renderer++) {
+            count = queue_next(queue, renderer, now, tiles);
+            for (uint32_t i = 0; i < count; i++) {
+                /* The right quarter is a hundred times as dear. */
+                bool is_dear = tiles[i].x >= 150;
+                double seconds = 1e-6 * tile_pixels(&tiles[i]) * (is_dear ? 100 : 1);
+                float probed[LOT_TILES];
+                if (tiles[i].pass == TILE_PROBE) {
+                    for (uint32_t k = 0; k < tile_pixels(&tiles[i]); k++)
+                        probed[k] = tiles[i].x + 8 * k >= 150 ? 1e-4f : 1e-6f;
+                    queue_probed(queue, &tiles[i], probed);
+                } else {
+                    mark(seen, &config, &tiles[i]);
+                    joined += tiles[i].w > 8 || tiles[i].h > 8;
+                    dear += is_dear && (tiles[i].w > 8 || tiles[i].h > 8);
+                }
+                queue_finish(queue, renderer, tiles[i].id, now += seconds, seconds);
+            }
+        }
+    }
+    for (uint32_t i = 0; i < config.width * config.height; i++)
+        assert_int_equal(seen[i], 1);
+    assert_true(joined > 20 && dear == 0);
+    assert_int_equal(queue_count(queue).pixels_finished, config.width * config.height);
+    free(seen);
+    queue_destroy(queue);
+}
+
+/* One renderer's probes are out for long: the others do not work off small tiles until then. */
+static void test_joined_before_all_probes(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile own[LOT_TILES], lot[LOT_TILES];
+    uint32_t owned = queue_next(queue, 0, 0, own), joined = 0;
+    for (uint32_t who = 1; !queue->settled; who = who % 43 + 1) {
+        uint32_t count = queue_next(queue, who, 1e-3, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            if (lot[i].pass == TILE_PROBE)
+                answer_probes(queue, who, &lot[i], 1);
+            else
+                queue_finish(queue, who, lot[i].id, 1e-3, 1e-5);
+    }
+    assert_true(owned > 0 && queue->probes_back < queue->probes);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        joined += agenda_has(&queue->waiting, id) && area(&queue->items[id]) > 64;
+    assert_true(joined > 100);
+    check_sums(queue);
+    answer_probes(queue, 0, own, owned);
+    assert_int_equal(queue->probes_back, queue->probes);
+    check_sums(queue);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cheap_are_joined),
+        cmocka_unit_test(test_joined_before_all_probes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

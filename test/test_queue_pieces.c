@@ -1,0 +1,257 @@
+/* Tiles that are broken into pieces while a renderer holds them as a whole: either all pieces count, or the whole. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+
+/* All is done but one tile, which renderer 0 has begun; returns what 1 has got of it in the end. */
+static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *lot, double *now)
+{
+    uint32_t count = queue_next(queue, 0, *now, lot);
+    *last = lot[0];
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, *now, 1e-4));
+    while ((count = queue_next(queue, 1, *now, lot)) > 0 && !queue_count(queue).repeated)
+        for (uint32_t i = 0; i < count; i++, *now += 1e-5)
+            assert_true(queue_finish(queue, 1, lot[i].id, *now, 1e-4));
+    assert_int_equal(queue_count(queue).finished, queue_count(queue).tiles - 1);
+    return count;
+}
+
+/* The same; 2 and 3 stand idle. Returns the number of its pieces that 2 got, or the others if it got none. */
+static uint32_t break_last(struct queue *queue, struct tile *last, struct tile pieces[LOT_TILES])
+{
+    double now = 1e-3;
+    uint32_t count = leave_last(queue, last, pieces, &now);
+    now += 100; /* overdue by far */
+    queue_look(queue, now);
+    return count > 0 ? count : queue_next(queue, 2, now, pieces);
+}
+
+/* Whether it counts at once. */
+static bool finish_and_mark(struct queue *queue, uint32_t renderer, const struct tile *tile,
+                            unsigned char seen[64 * 48])
+{
+    enum answer answer = queue_finish(queue, renderer, tile->id, 0, 1e-4);
+    if (answer == ANSWER_COUNTS) mark(seen, &four, tile);
+    hear_fates(queue, seen, &four);
+    return answer == ANSWER_COUNTS;
+}
+
+/* Pieces count when all are there. */
+static void test_pieces_replace(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES];
+    unsigned char seen[64 * 48] = {0};
+    uint32_t count = break_last(queue, &last, lot),
+             renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
+    uint32_t kept = 0, counted = 0, tiles = queue_count(queue).tiles;
+    assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
+    do {
+        for (uint32_t i = 0; i < count; i++, kept++) {
+            assert_true(counted == 0 && !queue_complete(queue));
+            assert_int_equal(queue_finish(queue, renderer, lot[i].id, 101, 1e-4), ANSWER_KEPT);
+            counted = hear_fates(queue, seen, &four); /* no pixel twice */
+        }
+        count = queue_next(queue, renderer, 101, lot);
+    } while (count > 0);
+    assert_true(queue_complete(queue) && counted == kept);
+    assert_int_equal(queue_count(queue).tiles, tiles - 1 + kept);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    assert_true(queue_count(queue).share_finished == 1);
+    for (uint32_t k = 0; k < tile_pixels(&last); k++) {
+        uint32_t x, y;
+        tile_pixel(&last, k, &x, &y);
+        assert_int_equal(seen[y * 64 + x], 1);
+    }
+    double wasted = queue_count(queue).wasted_s;
+    assert_int_equal(queue_finish(queue, 0, last.id, 102, 1), ANSWER_IN_VAIN);
+    assert_true(queue_count(queue).wasted_s == wasted + 1);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    queue_destroy(queue);
+}
+
+/* Pieces are as many as the idle can use, but no more than the master takes in while they are rendered: of 100 seconds
+ * 2 where an answer takes it 25. */
+static void test_pieces_are_worth_an_answer(void **state)
+{
+    (void)state;
+    for (int dear = 0; dear <= 1; dear++) {
+        struct queue *queue = queue_create(&four);
+        struct tile last, lot[LOT_TILES];
+        double now = 1e-3;
+        serve_for(queue, 1e-2); /* so that it is no use yet to break up anything */
+        assert_int_equal(leave_last(queue, &last, lot, &now), 0);
+        now += 100;
+        queue_look(queue, now);
+        serve_for(queue, dear ? 25 : 1e-6);
+        assert_true(queue_next(queue, 2, now, lot) > 0);
+        assert_int_equal(queue->items[last.id].pieces, dear ? 2 : 8);
+        queue_destroy(queue);
+    }
+}
+
+static void test_whole_before_pieces(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES], tile;
+    uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
+    uint32_t renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
+    assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
+    /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(queue->items[lot[i].id].is_piece);
+        assert_false(split_is_possible(queue, lot[i].id));
+    }
+    assert_true(queue_finish(queue, 0, last.id, 101, 1));
+    assert_true(queue_complete(queue));
+    assert_int_equal(queue_count(queue).tiles, tiles);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    assert_false(queue_unfinished(queue, &next, &tile));
+    for (uint32_t i = 0; i < count; i++)
+        assert_false(queue_finish(queue, renderer, lot[i].id, 102, 1e-4));
+    assert_int_equal(queue_next(queue, 3, 103, lot), 0);
+    queue_destroy(queue);
+}
+
+/* What is nearly done is not given up for a first piece: the whole counts if it comes before the last one. */
+static void test_whole_before_last_piece(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES];
+    unsigned char seen[64 * 48] = {0};
+    uint32_t count = break_last(queue, &last, lot),
+             renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
+    uint32_t pieces = queue->items[last.id].pieces, tiles = queue_count(queue).tiles, kept = 0;
+    assert_true(pieces > 2);
+    for (; kept + 1 < pieces; count = queue_next(queue, renderer, 101, lot))
+        for (uint32_t i = 0; i < count && kept + 1 < pieces; i++, kept++)
+            assert_int_equal(queue_finish(queue, renderer, lot[i].id, 101, 1e-4), ANSWER_KEPT);
+    double wasted = queue_count(queue).wasted_s;
+    assert_int_equal(queue_finish(queue, 0, last.id, 102, 1), ANSWER_COUNTS);
+    assert_int_equal(hear_fates(queue, seen, &four), 0);
+    assert_true(fabs(queue_count(queue).wasted_s - wasted - kept * 1e-4) < 1e-9);
+    assert_true(queue_complete(queue));
+    assert_int_equal(queue_count(queue).tiles, tiles);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    queue_destroy(queue);
+}
+
+/* A piece may be broken up in turn: its pieces stand for it, or it stands for them. */
+static void test_pieces_of_a_piece(void **state)
+{
+    (void)state;
+    for (int by_parts = 0; by_parts < 2; by_parts++) {
+        struct queue *queue = queue_create(&four);
+        struct tile lot[LOT_TILES], tile;
+        unsigned char seen[64 * 48] = {0};
+        uint32_t count = queue_next(queue, 0, 0, lot), whole = lot[0].id;
+        uint64_t news = queue_news(queue);
+        assert_true(pieces_make(queue, whole, 2, 0));
+        assert_true(queue_news(queue) != news); /* to those who have got nothing */
+        uint32_t piece = queue->items[whole].first_piece;
+        for (uint32_t i = 1; i < count; i++)
+            assert_true(finish_and_mark(queue, 0, &lot[i], seen));
+        for (bool held = false; (count = queue_next(queue, 1, 0, lot)) > 0;) {
+            for (uint32_t i = 0; i < count; i++)
+                if (lot[i].id != piece) finish_and_mark(queue, 1, &lot[i], seen);
+            if (held || !queue_find_held(queue, 1, piece, &tile)) continue;
+            held = true;
+            assert_true(pieces_make(queue, piece, 4, 0));
+            if (!by_parts) assert_false(finish_and_mark(queue, 1, &tile, seen));
+        }
+        assert_true(queue_complete(queue) && queue->items[whole].finished);
+        for (uint32_t i = 0; i < 64 * 48; i++)
+            assert_int_equal(seen[i], 1);
+        assert_int_equal(queue_finish(queue, 0, whole, 0, 1), ANSWER_IN_VAIN);
+        if (by_parts) assert_int_equal(queue_finish(queue, 1, piece, 0, 1), ANSWER_IN_VAIN);
+        queue_destroy(queue);
+    }
+}
+
+/* Who still renders what others have finished hears of it, once, and may leave it half done: the whole
+ * when all pieces have come, pieces when the whole has. */
+static void test_finished_is_told(void **state)
+{
+    (void)state;
+    for (int whole = 0; whole < 2; whole++) {
+        struct queue *queue = queue_create(&four);
+        struct tile last, lot[LOT_TILES];
+        uint32_t count = break_last(queue, &last, lot),
+                 renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
+        assert_true(count > 0 && queue_is_recalled(queue, 0, last.id));
+        assert_int_equal(told_finished(queue, 0, last.id), 0); /* that others have it, yes */
+        const struct tile *late = whole ? &lot[0] : &last;
+        uint32_t loser = whole ? renderer : 0;
+        assert_int_equal(queue_is_recalled(queue, loser, late->id), !whole);
+        if (whole) assert_int_equal(queue_finish(queue, 0, last.id, 101, 1e-4), ANSWER_COUNTS);
+        for (; !whole && count > 0; count = queue_next(queue, renderer, 101, lot)) {
+            for (uint32_t i = 0; i < count; i++) {
+                assert_int_equal(told_finished(queue, 0, last.id), 0);
+                assert_true(queue_finish(queue, renderer, lot[i].id, 101, 1e-4) == ANSWER_KEPT);
+            }
+            if (queue_complete(queue)) break;
+        }
+        assert_true(queue_is_recalled(queue, loser, late->id));
+        assert_int_equal(told_finished(queue, loser, late->id), 1);
+        assert_int_equal(told_finished(queue, loser, late->id), 0);
+        double wasted = queue_count(queue).wasted_s;
+        queue_drop(queue, loser, late->id, 102, 0.5);
+        struct tile tile;
+        assert_false(queue_find_held(queue, loser, late->id, &tile));
+        assert_true(fabs(queue_count(queue).wasted_s - wasted - 0.5) < 1e-9);
+        queue_destroy(queue);
+    }
+}
+
+/* A tile that takes far too long is broken up while others still wait, but not early in the run. */
+static void test_overdue_is_broken_up(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile first, lot[LOT_TILES];
+    uint32_t count = queue_next(queue, 0, 0, lot);
+    first = lot[0];
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, 1e-3, 1e-3));
+    count = queue_next(queue, 1, 1e-3, lot);
+    for (uint32_t i = 0; i < count; i++)
+        assert_true(queue_finish(queue, 1, lot[i].id, 2e-3, 1e-3));
+    assert_true(queue->waiting.count > 0 && queue_tile_count(queue, 0) == 1);
+    queue_look(queue, 0.1); /* overdue, but most of the run is to come */
+    count = queue_next(queue, 1, 0.1, lot);
+    assert_true(count > 0);
+    for (uint32_t i = 0; i < count; i++) /* or it would be what is taken over first */
+        assert_true(queue_finish(queue, 1, lot[i].id, 0.1, 1e-3));
+    assert_int_equal(queue->items[first.id].pieces, 0);
+    queue_look(queue, 100);
+    count = queue_next(queue, 2, 100, lot);
+    assert_true(count > 0 && queue->waiting.count > 0);
+    assert_true(queue->items[first.id].pieces > 1);
+    assert_true(queue->items[lot[0].id].is_piece);
+    assert_int_equal(queue->items[lot[0].id].whole, first.id);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_pieces_are_worth_an_answer),
+        cmocka_unit_test(test_whole_before_pieces),
+        cmocka_unit_test(test_whole_before_last_piece),
+        cmocka_unit_test(test_pieces_of_a_piece),
+        cmocka_unit_test(test_finished_is_told),
+        cmocka_unit_test(test_overdue_is_broken_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,268 @@
+/* The schedules that hand out one tile at a time: who gets which tile, how far the run has come, and who takes over
+ * from a renderer that gives no sign of life. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "common/clock.h"
+#include "test/queue_fixture.h"
+
+/* The one tile of a lot under a schedule that deals them one by one. */
+static bool next_tile(struct queue *queue, uint32_t renderer, struct tile *tile)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, renderer, 0, lot);
+    assert_true(count <= 1);
+    if (count == 1) *tile = lot[0];
+    return count == 1;
+}
+
+/* Rows that one renderer gets, all its tiles together. */
+static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
+{
+    uint32_t rows = 0;
+    struct tile tile;
+    while (next_tile(queue, renderer, &tile)) {
+        if (rows == 0) *first = tile.y;
+        assert_int_equal(tile.y, *first + rows);
+        rows += tile.h;
+        queue_finish(queue, renderer, tile.id, 0, 0);
+    }
+    assert_int_equal(queue_tile_count(queue, renderer), 0);
+    return rows;
+}
+
+/* The paper: rows that do not divide evenly go to the first processors, one each. */
+static void test_strips_are_the_papers(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_STRIPS, .width = 640, .height = 480, .renderers = 44};
+    struct queue *queue = queue_create(&config);
+    uint32_t next = 0;
+    for (uint32_t r = 0; r < 44; r++) {
+        uint32_t first = 0;
+        /* 480 = 44 * 10 + 40 */
+        assert_int_equal(rows_of(queue, r, &first), r < 40 ? 11 : 10);
+        assert_int_equal(first, next);
+        next += r < 40 ? 11 : 10;
+    }
+    queue_destroy(queue);
+}
+
+static void test_cyclic_deals_pixels(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_CYCLIC, .width = 333, .height = 200, .renderers = 7};
+    struct queue *queue = queue_create(&config);
+    for (uint32_t r = 0; r < 7; r++) {
+        struct tile tile;
+        while (next_tile(queue, r, &tile)) {
+            for (uint32_t k = 0; k < tile_pixels(&tile); k++) {
+                uint32_t x, y;
+                tile_pixel(&tile, k, &x, &y);
+                assert_int_equal((y * 333 + x) % 7, r);
+            }
+            queue_finish(queue, r, tile.id, 0, 0);
+        }
+    }
+    assert_int_equal(queue_count(queue).pixels_finished, 333 * 200);
+    queue_destroy(queue);
+}
+
+/* Tachyon: row y is processor y mod P's. */
+static void test_cyclic_rows_deals_rows(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_CYCLIC_ROWS, .width = 333, .height = 200, .renderers = 7};
+    struct queue *queue = queue_create(&config);
+    for (uint32_t r = 0; r < 7; r++) {
+        struct tile tile;
+        for (uint32_t y = r; next_tile(queue, r, &tile); y += 7) {
+            assert_true(tile.x == 0 && tile.w == 333 && tile.y == y && tile.h == 1);
+            queue_finish(queue, r, tile.id, 0, 0);
+        }
+    }
+    assert_true(queue_complete(queue));
+    queue_destroy(queue);
+}
+
+/* One tile in work and one in reserve, but no reserve when others could start it at once. */
+static void test_reserve(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_TILES, .width = 80, .height = 10, .renderers = 2, .tile_edge = 10};
+    struct queue *queue = queue_create(&config);
+    struct tile tile;
+    assert_int_equal(queue_count(queue).tiles, 8);
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 0, &tile));
+    assert_false(next_tile(queue, 0, &tile));
+    assert_int_equal(queue_tile_count(queue, 0), 2);
+    assert_true(queue_is_full(queue, 0) && !queue_is_full(queue, 1));
+    assert_true(next_tile(queue, 1, &tile));
+    for (uint32_t id = 0; id < 2; id++)
+        queue_finish(queue, 0, id, 0, 0);
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 1, &tile));
+    queue_finish(queue, 1, 2, 0, 0);
+    assert_int_equal(tile.id, 5);
+    /* Two tiles wait, two renderers: renderer 1 still holds one and gets no second. */
+    assert_false(next_tile(queue, 1, &tile));
+    queue_finish(queue, 1, 5, 0, 0);
+    assert_true(next_tile(queue, 1, &tile));
+    queue_destroy(queue);
+}
+
+static uint32_t above_last_row(void *state, const struct tile *tile)
+{
+    (void)state;
+    return tile->y < 50 ? tile_pixels(tile) : 0;
+}
+
+/* What an earlier run has finished of other shares does not fill the bar: it would stand there. */
+static void test_progress_of_resumed_shares(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_STRIPS, .width = 60, .height = 60, .renderers = 3, .tile_edge = 10};
+    struct queue *queue = queue_create(&config);
+    queue_skip(queue, above_last_row, NULL); /* all but half of the last share */
+    struct queue_count count = queue_count(queue);
+    assert_int_equal(count.pixels_finished, 50 * 60);
+    assert_true(count.share_finished == 0.5 && count.share_skipped == 0.5);
+    queue_destroy(queue);
+}
+
+/* The next tile of the renderer is back by now, and has taken so long; false: it gets none. */
+static bool do_next(struct queue *queue, uint32_t renderer, double now, double seconds)
+{
+    struct tile tile;
+    if (!next_tile(queue, renderer, &tile)) return false;
+    queue_finish(queue, renderer, tile.id, now, seconds);
+    return true;
+}
+
+/* The run ends with the share of which most is left, whatever of the others is finished. */
+static void test_progress_of_shares(void **state)
+{
+    (void)state;
+    for (int schedule = SCHEDULE_STRIPS; schedule < SCHEDULES; schedule++) {
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 60,
+                                      .height = 60,
+                                      .renderers = 3,
+                                      .tile_edge = 2};
+        struct queue *queue = queue_create(&config);
+        double tile_s = schedule == SCHEDULE_CYCLIC ? 1.0 / 3 : 1; /* of 30 or 10 in a share */
+        while (do_next(queue, 0, 10, tile_s) && do_next(queue, 2, 10, tile_s))
+            ;
+        struct queue_count count = queue_count(queue);
+        assert_int_equal(count.pixels_finished, 2 * 60 * 60 / 3);
+        assert_true(fabs(count.share_finished - 0.5) < 1e-9); /* as long as the others took */
+        assert_true(do_next(queue, 1, 20, 2 * 10 * tile_s));
+        count = queue_count(queue);
+        assert_true(count.share_finished > 0.2 && count.share_finished < 0.5);
+        while (do_next(queue, 1, 40, tile_s))
+            ;
+        assert_true(queue_count(queue).share_finished == 1);
+        queue_destroy(queue);
+    }
+}
+
+/* Renderers 0 and 2 do all that they get, in turn, until neither gets anything. */
+static void work_on(struct queue *queue, unsigned char *seen, const struct queue_config *config)
+{
+    bool moved = true;
+    while (moved) {
+        moved = false;
+        for (uint32_t renderer = 0; renderer < 3; renderer += 2) {
+            struct tile tile;
+            if (!next_tile(queue, renderer, &tile)) continue;
+            moved = true;
+            if (queue_finish(queue, renderer, tile.id, 0, 0)) mark(seen, config, &tile);
+        }
+    }
+}
+
+/* What a renderer holds that gives no sign any more, and its share, go to others; when it comes back
+ * after all, what it brings is no news. */
+static void test_silent(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        if (schedule == SCHEDULE_DYNAMIC) continue; /* it knows who is late: test_stopped */
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 60,
+                                      .height = 50,
+                                      .renderers = 3,
+                                      .tile_edge = 4};
+        struct queue *queue = queue_create(&config);
+        unsigned char seen[60 * 50] = {0};
+        struct tile first = {0}, second = {0}, tile;
+        assert_true(next_tile(queue, 1, &first) && next_tile(queue, 1, &second));
+        work_on(queue, seen, &config);
+        assert_false(queue_complete(queue) || queue_over(queue, 0));
+        uint64_t news = queue_news(queue);
+        queue_set_silent(queue, 1, true);
+        assert_true(queue_news(queue) != news);
+        work_on(queue, seen, &config);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        for (size_t i = 0; i < sizeof seen; i++)
+            assert_int_equal(seen[i], 1);
+        assert_int_equal(queue_count(queue).repeated, 2);
+        queue_set_silent(queue, 1, false);
+        assert_false(queue_finish(queue, 1, first.id, 0, 0));
+        assert_true(queue_is_recalled(queue, 1, second.id));
+        queue_drop(queue, 1, second.id, 0, 0);
+        assert_false(queue_find_held(queue, 1, second.id, &tile));
+        queue_destroy(queue);
+    }
+}
+
+/* The idle look for work of the silent where there are any: among so many renderers they would have to look at
+ * 10^10 of them, some 20 s. */
+static void test_nobody_is_silent(void **state)
+{
+    (void)state;
+    enum { RENDERERS = 100000 };
+    struct queue_config config = {
+        .schedule = SCHEDULE_STRIPS, .width = 1, .height = RENDERERS, .renderers = RENDERERS};
+    struct queue *queue = queue_create(&config);
+    struct tile tile;
+    double start = clock_thread_cpu();
+    queue_set_silent(queue, 7, true);
+    queue_set_silent(queue, 7, true);
+    queue_set_silent(queue, 7, false);
+    for (uint32_t renderer = 0; renderer < RENDERERS; renderer++) {
+        assert_true(next_tile(queue, renderer, &tile));
+        queue_finish(queue, renderer, tile.id, 0, 0);
+        assert_false(next_tile(queue, renderer, &tile));
+    }
+    assert_true(queue_complete(queue));
+    assert_true(clock_thread_cpu() - start < 4);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_strips_are_the_papers),
+        cmocka_unit_test(test_cyclic_deals_pixels),
+        cmocka_unit_test(test_cyclic_rows_deals_rows),
+        cmocka_unit_test(test_reserve),
+        cmocka_unit_test(test_progress_of_resumed_shares),
+        cmocka_unit_test(test_progress_of_shares),
+        cmocka_unit_test(test_silent),
+        cmocka_unit_test(test_nobody_is_silent),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,129 @@
+/* What tiles are predicted to cost: from the probes on, and by what is learnt from tiles that take longer. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/queue_parts.h"
+#include "test/queue_halves_fixture.h"
+
+/* A number that is none would go into all predictions, of which no order could be made. */
+static void test_probes_are_checked(void **state)
+{
+    (void)state;
+    const float bad[] = {HUGE_VALF, -HUGE_VALF, NAN, -1, 2e9f};
+    struct queue_config config = {
+        .width = 100, .height = 100, .renderers = 2, .tile_edge = 10, .probe_edge = 10};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        float seconds[64] = {0};
+        assert_true(queue_next(queue, 0, 0, lot) > 0 && lot[0].pass == TILE_PROBE);
+        assert_true(queue_probed(queue, &lot[0], seconds));
+        seconds[tile_pixels(&lot[0]) - 1] = bad[i];
+        assert_false(queue_probed(queue, &lot[0], seconds));
+        queue_destroy(queue);
+    }
+}
+
+/* Renderers tell of far more time than there was for every fifth tile, as one may of many that share a core. */
+static void test_predictions_stay_numbers(void **state)
+{
+    (void)state;
+    const double told[] = {2, 5, 10, 100, 1e6, SECONDS_MOST};
+    struct queue_config config = {
+        .width = 128, .height = 96, .renderers = 2, .tile_edge = 16, .probe_edge = 8};
+    for (size_t k = 0; k < sizeof told / sizeof *told; k++) {
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        double now = 0;
+        uint32_t turns = 0, tiles = 0;
+        for (; !queue_complete(queue) && turns < 10000; turns++) {
+            uint32_t count = queue_next(queue, turns % 2, now += 1e-4, lot);
+            for (uint32_t i = 0; i < count; i++) {
+                bool probes = lot[i].pass == TILE_PROBE;
+                float seconds[64];
+                for (int p = 0; p < 64; p++)
+                    seconds[p] = 1e-4f;
+                if (probes) assert_true(queue_probed(queue, &lot[i], seconds));
+                queue_finish(queue, turns % 2, lot[i].id, now += 1e-4,
+                             !probes && tiles++ % 5 == 2 ? told[k] : 1e-4);
+            }
+        }
+        assert_true(queue_complete(queue));
+        queue_destroy(queue);
+    }
+}
+
+/* A tile in the cheap half that renderer 0 gets while the next one waits; all before were as dear as
+ * predicted. */
+static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
+{
+    struct tile lot[LOT_TILES];
+    for (;;) {
+        uint32_t count = queue_next(queue, 0, *now, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++) {
+            bool cheap = lot[i].x >= width / 2;
+            double seconds = (cheap ? 1e-6 : 1e-4) * tile_pixels(&lot[i]);
+            bool amidst = lot[i].x > width * 5 / 8 && lot[i].x < width * 7 / 8;
+            if (amidst && agenda_has(&queue->waiting, lot[i].id + 1)) return lot[i];
+            queue_finish(queue, 0, lot[i].id, *now += seconds, seconds);
+        }
+    }
+}
+
+static uint32_t apart(uint32_t a, uint32_t b)
+{
+    return a > b ? a - b : b - a;
+}
+
+/* When a tile is far dearer than predicted, what waits around it is taken to be so, too, and goes first, what
+ * was split off it before as well: as soon as it is known to take long. */
+static void test_neighbours_are_warned(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 320, .renderers = 1, .tile_edge = 16, .probe_edge = 8};
+    for (int tells = 0; tells <= 1; tells++) {
+        struct queue *queue = queue_create(&config);
+        double now = 2e-3, seconds = 1;
+        settle_halves(queue, config.width);
+        struct tile tile = begin_cheap(queue, config.width, &now);
+        split_tile(queue, tile.id + 1);
+        split_tile(queue, tile.id + 1);
+        double total = queue->pace.total, unit = pace_seconds(&queue->pace, 0, 1);
+        double density = seconds / unit / tile_pixels(&tile);
+        if (tells)
+            queue_takes_long(queue, 0, tile.id, now, seconds);
+        else
+            assert_true(queue_finish(queue, 0, tile.id, now, seconds));
+        uint32_t around = 0;
+        for (uint32_t id = 0; id < queue->item_count; id++) {
+            const struct item *item = &queue->items[id];
+            if (!agenda_has(&queue->waiting, id)) continue;
+            bool near =
+                apart(item->x / 16, tile.x / 16) <= 1 && apart(item->y / 16, tile.y / 16) <= 1;
+            assert_int_equal((double)item->worst > 0.999 * density * (double)area(item), near);
+            around += near;
+        }
+        assert_true(around >= 3); /* one of them in three parts */
+        const struct item *first = &queue->items[agenda_first(&queue->waiting)];
+        assert_true(apart(first->x / 16, tile.x / 16) <= 1);
+        assert_true(queue->pace.total > total);
+        queue_destroy(queue);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_probes_are_checked),
+        cmocka_unit_test(test_predictions_stay_numbers),
+        cmocka_unit_test(test_neighbours_are_warned),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

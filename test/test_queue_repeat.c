@@ -1,0 +1,267 @@
+/* Tiles that are handed out a second time: what late renderers have not begun, and what idle renderers take over when
+ * nothing waits. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+#include "test/queue_late_fixture.h"
+
+/* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
+ * what 0 has not begun, the last ones, and 0 hears of every one of them. */
+static void test_idle_take_unbegun(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], stolen[LOT_TILES];
+    assert_true(queue_next(queue, 1, 0, lot) > 0);
+    assert_true(queue_finish(queue, 1, lot[0].id, 1e-3, 1e-3));
+    uint32_t had = queue_next(queue, 0, 1e-3, lot), first = lot[0].id;
+    had += queue_next(queue, 0, 1e-3, lot);
+    assert_true(had >= 5);
+    struct tile tile;
+    struct recall recall;
+    uint32_t others, next = 0;
+    do { /* 1 still holds what is left of its first lot */
+        others = queue_next(queue, 2, 2e-3, lot);
+        for (uint32_t i = 0; i < others; i++)
+            assert_true(queue_finish(queue, 2, lot[i].id, 2e-3, 1e-6));
+    } while (others > 0 && queue_count(queue).repeated == 0);
+    while (queue_unfinished(queue, &next, &tile))
+        if (queue_find_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
+    while (queue_next_recall(queue, &recall)) {
+    }
+    uint32_t holds = queue_tile_count(queue, 0);
+    uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
+    assert_true(holds >= 4 && count >= 2 && count <= holds / 2);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(stolen[i].id != first);
+        assert_true(queue_is_recalled(queue, 0, stolen[i].id));
+    }
+    for (; queue_next_recall(queue, &recall); told++)
+        assert_true(recall.renderer == 0 && !recall.finished);
+    assert_int_equal(told, count);
+    queue_destroy(queue);
+}
+
+/* Who has nothing to do and had better not take what another one is about to finish asks again when that
+ * is overdue, long before it is given up for late. */
+static void test_idle_ask_again(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES], last;
+    uint32_t count = queue_next(queue, 0, 0, lot);
+    last = lot[0];
+    for (int i = 0; i < 100; i++)
+        queue_served(queue, 1e-4, 0); /* an answer is dear: so is a short lot */
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4));
+    while (queue_count(queue).finished < queue_count(queue).tiles - 1) {
+        count = queue_next(queue, 1, 1e-3, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-4));
+    }
+    assert_true(queue_tile_count(queue, 0) == 1 && queue_tile_count(queue, 1) == 0);
+    assert_int_equal(queue_next(queue, 2, 1e-3, lot), 0);
+    double wake = queue_wake(queue);
+    assert_true(wake > 1e-3 && wake < pace_next_late(&queue->pace));
+    queue_look(queue, wake);
+    assert_true(queue_wake(queue) > wake);
+    assert_true(queue_next(queue, 2, wake, lot) > 0);
+    assert_true(queue_is_recalled(queue, 0, last.id));
+    queue_destroy(queue);
+}
+
+/* A single pixel that two have already is not what the idle wait for, whether it is to be done first or last: they get
+ * pieces of what is overdue besides. */
+static void test_idle_pass_over_a_pixel(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 3, .height = 1, .renderers = 5, .tile_edge = 3};
+    const struct tile row = {.w = 3, .h = 1, .step = 1, .pass = 1},
+                      first = {.w = 1, .h = 1, .step = 1, .pass = 1};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
+    uint32_t overdue = queue_add(queue, &row, 3, 2), pixel = queue_add(queue, &first, 1, 1);
+    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1)); /* a third of a second for each pixel */
+    assert_true(queue_next(queue, 1, 1, lot) == 1 && lot[0].id == overdue);
+    assert_true(queue_next(queue, 2, 1.4, lot) == 1 && lot[0].id == pixel);
+    /* 2 should have been done. */
+    assert_true(queue_next(queue, 3, 1.8, lot) == 1 && lot[0].id == pixel);
+    double now = 2.01;
+    assert_true(queue->pace.renderers[3].free_at > now && pace_next_late(&queue->pace) > now);
+    assert_true(queue_next(queue, 4, now, lot) > 0);
+    assert_int_equal(queue->items[lot[0].id].whole, overdue);
+    queue_destroy(queue);
+}
+
+/* One who has nothing to do takes over from one who has just been given something, too. */
+static void test_idle_take_what_was_just_given(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 6, .height = 3, .renderers = 4, .tile_edge = 3};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], more[LOT_TILES];
+    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
+    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1));
+    assert_int_equal(queue_next(queue, 0, 1, lot), 1);
+    assert_int_equal(queue->waiting.count, 0);
+    assert_true(queue_next(queue, 1, 1, more) > 0);
+    assert_true(queue_is_recalled(queue, 0, lot[0].id));
+    queue_destroy(queue);
+}
+
+/* The same of a tile that was passed on as it is: whoever is second hears of it. */
+static void test_finished_copy_is_told(void **state)
+{
+    (void)state;
+    for (int original = 0; original < 2; original++) {
+        struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES], stolen[LOT_TILES];
+        uint32_t others = queue_next(queue, 1, 0, lot);
+        assert_true(others > 0 && queue_finish(queue, 1, lot[0].id, 1e-3, 1e-3));
+        for (uint32_t i = 1; i < others; i++)
+            assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-3));
+        assert_true(queue_next(queue, 0, 1e-3, lot) >= 4);
+        do {
+            others = queue_next(queue, 1, 1e-3, stolen);
+            for (uint32_t i = 0; i < others && queue_count(queue).repeated == 0; i++)
+                assert_true(queue_finish(queue, 1, stolen[i].id, 1e-3, 1e-4));
+        } while (others > 0 && queue_count(queue).repeated == 0);
+        assert_true(others > 0);
+        uint32_t winner = original ? 0 : 1, id = stolen[0].id;
+        assert_int_equal(told_finished(queue, 1 - winner, id), 0);
+        assert_true(queue_finish(queue, winner, id, 2e-3, 1e-4));
+        assert_int_equal(told_finished(queue, 1 - winner, id), 1);
+        queue_drop(queue, 1 - winner, id, 3e-3, 1e-4);
+        assert_false(queue_is_recalled(queue, 1 - winner, id));
+        queue_destroy(queue);
+    }
+}
+
+/* What nobody has begun is passed on as it is, whoever else is overdue. */
+static void test_unbegun_is_not_broken_up(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 1);
+    queue_look(queue, 0.02);
+    queue_look(queue, 1000);
+    double now = 1000;
+    for (uint32_t ask = 0; ask < 4; ask++) {
+        uint32_t asker = 2 + ask % 2, count = queue_next(queue, asker, now, tiles);
+        for (uint32_t i = 1; i < 4; i++)
+            assert_int_equal(queue->items[lots[1][i].id].pieces, 0);
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(queue_finish(queue, asker, tiles[i].id, now += 1e-4, 1e-3));
+    }
+    queue_destroy(queue);
+}
+
+/* All that one who is overdue has not begun goes into one lot, and with it what waits. */
+static void test_late_in_one_lot(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 0);
+    queue_look(queue, 0.5);
+    assert_true(queue->waiting.count > 0);
+    assert_true(queue_next(queue, 2, 0.5, tiles) > 3);
+    for (uint32_t i = 0; i < 3; i++)
+        assert_int_equal(tiles[i].id, lots[1][3 - i].id); /* the last first */
+    assert_false(queue_is_recalled(queue, 1, lots[1][0].id));
+    assert_int_equal(queue_count(queue).repeated, 3);
+    assert_true(queue_tile_count(queue, 2) > 3);
+    queue_destroy(queue);
+}
+
+/* Who has answered in the meantime is not asked to leave the tile to others. */
+static void test_answered_is_not_recalled(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 0);
+    struct recall recall;
+    uint32_t told = 0;
+    queue_look(queue, 0.5);
+    assert_true(queue_next(queue, 2, 0.5, tiles) > 3);
+    assert_true(queue_is_recalled(queue, 1, lots[1][3].id));
+    assert_true(queue_finish(queue, 1, lots[1][3].id, 0.5, 1e-3));
+    for (; queue_next_recall(queue, &recall); told += recall.renderer == 1)
+        assert_true(recall.renderer != 1 || recall.id != lots[1][3].id);
+    assert_int_equal(told, 2);
+    queue_destroy(queue);
+}
+
+/* It is taken over though somebody else is overdue longer, who has nothing that he has not begun. */
+static void test_late_behind_a_later_one(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 1);
+    queue_look(queue, 0.5);
+    assert_true(queue->pace.renderers[0].lost && queue->pace.renderers[1].lost);
+    assert_true(queue->pace.renderers[0].free_at < queue->pace.renderers[1].free_at);
+    assert_true(queue_next(queue, 2, 0.5, tiles) >= 3);
+    for (uint32_t i = 0; i < 3; i++)
+        assert_int_equal(tiles[i].id, lots[1][3 - i].id);
+    queue_destroy(queue);
+}
+
+/* One who has stopped is not forgotten because somebody has asked who had the tile, too. */
+static void test_stopped_behind_a_late_one(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    uint32_t counts[4];
+    struct queue *queue = begin_many(lots, counts);
+    uint32_t kept = lots[0][counts[0] - 2].id, taken = lots[0][counts[0] - 1].id, most = 0;
+    finish_part(queue, 0, lots[0], 0, counts[0] - 2);
+    for (uint32_t i = 1; i < 4; i++)
+        finish_part(queue, i, lots[i], 0, counts[i]);
+    queue_look(queue, 0.1);
+    assert_true(queue_next(queue, 1, 0.1, tiles) > 0);
+    assert_int_equal(tiles[0].id, taken); /* and 1 stops */
+    queue_look(queue, 0.2);
+    assert_true(queue_finish(queue, 0, kept, 0.21, 0.2));
+    uint32_t count = queue_next(queue, 0, 0.21, tiles);
+    queue_drop(queue, 0, taken, 0.21, 0);
+    for (uint32_t i = 0; i < count; i++)
+        queue_finish(queue, 0, tiles[i].id, 0.22, 1e-3);
+    for (double now = 0.3; !queue_complete(queue) && most < 100000; now += 1e-3, most++) {
+        queue_look(queue, now);
+        for (uint32_t renderer = 0; renderer < 4; renderer++) {
+            if (renderer == 1) continue;
+            count = queue_next(queue, renderer, now, tiles);
+            for (uint32_t i = 0; i < count; i++)
+                queue_finish(queue, renderer, tiles[i].id, now, 1e-3);
+        }
+    }
+    assert_true(queue_complete(queue));
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_idle_take_unbegun),
+        cmocka_unit_test(test_idle_ask_again),
+        cmocka_unit_test(test_idle_pass_over_a_pixel),
+        cmocka_unit_test(test_idle_take_what_was_just_given),
+        cmocka_unit_test(test_finished_copy_is_told),
+        cmocka_unit_test(test_unbegun_is_not_broken_up),
+        cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_answered_is_not_recalled),
+        cmocka_unit_test(test_late_behind_a_later_one),
+        cmocka_unit_test(test_stopped_behind_a_late_one),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

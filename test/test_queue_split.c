@@ -1,0 +1,185 @@
+/* Splitting tiles: which of them are split before they are handed out, and how small their parts are. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/queue_parts.h"
+#include "test/queue_halves_fixture.h"
+
+/* Pixels of the largest tile that anybody gets of a picture whose left half costs 1e-4 a pixel, the right one a
+ * hundredth of that, on the left or the right. */
+static uint32_t largest_with(double most_work, bool right)
+{
+    const struct queue_config config = {.width = 640,
+                                        .height = 320,
+                                        .renderers = 1,
+                                        .tile_edge = 16,
+                                        .probe_edge = 8,
+                                        .most_work = most_work};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    uint32_t largest = 0;
+    settle_halves(queue, config.width);
+    for (double now = 2e-3; !queue_complete(queue);) {
+        uint32_t count = queue_next(queue, 0, now, lot);
+        for (uint32_t i = 0; i < count; i++) {
+            uint32_t pixels = tile_pixels(&lot[i]);
+            double seconds = (lot[i].x < 320 ? 1e-4 : 1e-6) * pixels;
+            if ((lot[i].x >= 320) == right && pixels > largest) largest = pixels;
+            queue_finish(queue, 0, lot[i].id, now += seconds, seconds);
+        }
+    }
+    queue_destroy(queue);
+    return largest;
+}
+
+/* What may be predicted to take so long at most is split, and nothing else. */
+static void test_tiles_take_so_long_at_most(void **state)
+{
+    (void)state;
+    assert_int_equal(largest_with(0, false), 256);
+    assert_int_equal(largest_with(16e-4, false), 16);
+    assert_int_equal(largest_with(16e-4, true), largest_with(0, true));
+}
+
+/* Pixels of the largest tile in the dear half of the first full lot after the probes. */
+static uint32_t largest_dear(const struct queue_config *config)
+{
+    struct queue *queue = queue_create(config);
+    struct tile lot[LOT_TILES];
+    uint32_t count, largest = 0;
+    double now = 2e-3;
+    settle_halves(queue, config->width);
+    count = queue_next(queue, 1, now, lot);
+    for (uint32_t i = 0; i < count; i++) {
+        double seconds = (lot[i].x < config->width / 2 ? 1e-6 : 1e-8) * tile_pixels(&lot[i]);
+        queue_finish(queue, 1, lot[i].id, now += seconds, seconds);
+    }
+    count = queue_next(queue, 2, now, lot);
+    for (uint32_t i = 0; i < count; i++)
+        if (lot[i].x < config->width / 2 && tile_pixels(&lot[i]) > largest)
+            largest = tile_pixels(&lot[i]);
+    queue_destroy(queue);
+    return largest;
+}
+
+/* Of a small picture no tile is begun that might be much of a share, though the lot has room for it; of a
+ * large one tiles with the same part of all work are. */
+static void test_dear_of_few_are_split(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 128, .height = 128, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
+    uint32_t few = largest_dear(&config);
+    assert_true(few > 0 && few < 16 * 16);
+    config.width = config.height = 512;
+    config.tile_edge = 64;
+    assert_int_equal(largest_dear(&config), 64 * 64);
+}
+
+/* Pixels of the largest tile in some lots, of which a tile of 4 x 4 pixels is two; a first one, before anything is
+ * known of how long it takes, has left parts of one. */
+static uint32_t largest_of_lots(uint32_t samples)
+{
+    const uint32_t renderers = 16;
+    const struct queue_config config = {.width = 4 * 2 * renderers,
+                                        .height = 4,
+                                        .renderers = renderers,
+                                        .tile_edge = 4,
+                                        .samples = samples};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, 1, 0, lot), largest = 0;
+    double now = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double seconds = 1e-2 * tile_pixels(&lot[i]);
+        queue_finish(queue, 1, lot[i].id, now += seconds, seconds);
+    }
+    for (uint32_t renderer = 2; renderer < 6; renderer++) {
+        count = queue_next(queue, renderer, now, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            if (tile_pixels(&lot[i]) > largest) largest = tile_pixels(&lot[i]);
+    }
+    queue_destroy(queue);
+    return largest;
+}
+
+/* Parts of a small tile cost more than it does where a pixel has few samples, and only there it stays whole. */
+static void test_small_are_split_by_their_samples(void **state)
+{
+    (void)state;
+    assert_int_equal(largest_of_lots(0), 16);
+    assert_int_equal(largest_of_lots(1), 16);
+    assert_int_equal(largest_of_lots(16), 16);
+    assert_int_equal(largest_of_lots(17), 8);
+    assert_int_equal(largest_of_lots(4096), 8);
+}
+
+/* Every renderer but 0 has a lot that it got before anything was known: the probes come back behind it, last those of
+ * renderer 0. */
+static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uint32_t *counts)
+{
+    struct tile own[LOT_TILES], probes[LOT_TILES];
+    uint32_t count = queue_next(queue, 0, 0, own);
+    for (uint32_t i = 1; i < queue->config.renderers; i++) {
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+        if (lots[i][0].pass != TILE_PROBE) continue;
+        uint32_t given = counts[i];
+        memcpy(probes, lots[i], given * sizeof *probes);
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+        answer_probes(queue, i, probes, given);
+    }
+    assert_false(queue->settled);
+    answer_probes(queue, 0, own, count);
+    assert_true(queue->settled);
+}
+
+/* What late ones have got before anything was known of it, and have not begun, goes to others as it is, unless it is
+ * dear: then it waits in pieces. */
+static void test_dear_of_late_are_broken_up(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile lots[44][LOT_TILES], lot[LOT_TILES];
+    uint32_t counts[44], dear = 0, cheap = 0;
+    begin_blind(queue, lots, counts);
+    double now = 0.01;
+    do {
+        uint32_t count = queue_next(queue, 0, now, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            queue_finish(queue, 0, lot[i].id, now, 1e-3);
+        queue_look(queue, now = 100);
+    } while (queue->pace.spare.count > 0);
+    for (uint32_t i = 1; i < config.renderers; i++) {
+        for (uint32_t k = 1; k < counts[i]; k++) {
+            const struct item *item = &queue->items[lots[i][k].id];
+            bool is_dear = item->x < DEAR_WIDTH / 2, is_near = item->x < DEAR_WIDTH;
+            if (!is_dear && is_near) continue; /* it may be as dear as its neighbours */
+            assert_int_equal(item->pieces > 0, is_dear);
+            assert_true(is_dear || item->finished);
+            dear += is_dear;
+            cheap += !is_dear;
+        }
+    }
+    assert_true(dear > 0 && cheap > 0);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tiles_take_so_long_at_most),
+        cmocka_unit_test(test_dear_of_few_are_split),
+        cmocka_unit_test(test_small_are_split_by_their_samples),
+        cmocka_unit_test(test_dear_of_late_are_broken_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,209 @@
+/* The initial state of the queue: how large tiles are, which tiles there are, and which of them an earlier run has
+ * finished. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+
+/* What was asked for or chosen, and no more rows than a share of the picture has. */
+static void test_tile_edge(void **state)
+{
+    (void)state;
+    static const struct {
+        struct queue_config config;
+        uint32_t edge;
+    } cases[] = {
+        {{.schedule = SCHEDULE_DYNAMIC, .tile_edge = 16}, 16},
+        {{.schedule = SCHEDULE_TILES, .tile_edge = 64}, 64},
+        {{.schedule = SCHEDULE_STRIPS, .tile_edge = 7}, 7},
+        {{.schedule = SCHEDULE_STRIPS, .tile_edge = 30}, 25},
+        {{.schedule = SCHEDULE_CYCLIC, .tile_edge = 30}, 30},
+        {{.schedule = SCHEDULE_CYCLIC, .tile_edge = 300}, 100},
+        {{.schedule = SCHEDULE_CYCLIC_ROWS}, 1},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct queue_config config = cases[i].config;
+        config.width = config.height = 100, config.renderers = 4;
+        struct queue *queue = queue_create(&config);
+        assert_int_equal(queue_tile_edge(queue), cases[i].edge);
+        queue_destroy(queue);
+    }
+}
+
+/* A small share travels in pieces, too: a part of it shows. But not in less than a row. */
+static void test_bands_show_progress(void **state)
+{
+    (void)state;
+    for (int schedule = SCHEDULE_STRIPS; schedule <= SCHEDULE_CYCLIC; schedule++) {
+        struct queue_config config = {.schedule = (enum schedule)schedule, .renderers = 6};
+        config.width = 320, config.height = 240;
+        struct queue *queue = queue_create(&config);
+        assert_in_range(queue_count(queue).tiles, 6 * 16, 6 * 20);
+        queue_destroy(queue);
+        config.renderers = 240;
+        queue = queue_create(&config);
+        assert_in_range(queue_count(queue).tiles, 240, 2 * 240);
+        queue_destroy(queue);
+    }
+}
+
+static void test_too_many_tiles(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 16384, .height = 16384, .renderers = 1, .tile_edge = 1};
+    assert_null(queue_create(&config));
+}
+
+static void test_auto_edge(void **state)
+{
+    (void)state;
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 1), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 1, 2), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 1, 100), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 1, 44), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 2), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 15, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 12), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 2), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 1920, 1440, 16, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 16, 1), 32);
+}
+
+static void test_auto_probe_edge(void **state)
+{
+    (void)state;
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
+    assert_int_equal(queue_auto_probe_edge(64, 48, 1, 1), 0);
+    /* 25 for each, but never more than one in 125 samples. */
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 20), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 44), 16);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1000), 12);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 44), 6);
+    assert_int_equal(queue_auto_probe_edge(1, 1, 65535, 1), 0);
+}
+
+/* Three pixels of four are finished already, in squares of 16, which are no tiles of ours. */
+static bool was_finished(uint32_t x, uint32_t y)
+{
+    return x / 16 % 2 || y / 16 % 2;
+}
+
+static uint32_t finished_pixels(void *state, const struct tile *tile)
+{
+    uint32_t count = 0;
+    (void)state;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        count += was_finished(x, y);
+    }
+    return count;
+}
+
+static uint32_t all_finished(void *state, const struct tile *tile)
+{
+    (void)state;
+    return tile_pixels(tile);
+}
+
+static void test_skip(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        const struct queue_config config = {.schedule = (enum schedule)schedule,
+                                            .width = 50,
+                                            .height = 40,
+                                            .renderers = 3,
+                                            .tile_edge = 7,
+                                            .probe_edge = 10};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        unsigned char seen[50 * 40] = {0};
+        uint64_t seed = 1;
+        uint32_t last = 0;
+        bool splits = schedule == SCHEDULE_DYNAMIC || schedule == SCHEDULE_TILES;
+        queue_skip(queue, finished_pixels, NULL);
+        if (splits) assert_true(queue_count(queue).share_skipped > 0.5);
+        if (!splits)
+            assert_true(queue_count(queue).share_skipped == queue_count(queue).share_finished);
+        while (!queue_complete(queue)) {
+            uint32_t renderer = last++ % 3;
+            uint32_t count = queue_next(queue, renderer, last, lot);
+            for (uint32_t i = 0; i < count; i++) {
+                if (lot[i].pass == TILE_PROBE) answer_probe(queue, &lot[i], &seed);
+                if (queue_finish(queue, renderer, lot[i].id, last, 1e-3))
+                    mark(seen, &config, &lot[i]);
+            }
+            assert_true(last < 100000);
+            if (splits) check_sums(queue);
+        }
+        assert_int_equal(queue_count(queue).pixels_finished, 50 * 40);
+        uint32_t again = 0;
+        for (uint32_t i = 0; i < 50 * 40; i++) {
+            assert_true(seen[i] || was_finished(i % 50, i / 50));
+            again += seen[i] && was_finished(i % 50, i / 50);
+        }
+        if (splits) assert_true(again < 50 * 40 / 8);
+        queue_destroy(queue);
+        queue = queue_create(&config);
+        queue_skip(queue, all_finished, NULL);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        assert_int_equal(queue_next(queue, 0, 0, lot), 0);
+        queue_destroy(queue);
+    }
+}
+
+/* What comes behind a first pass that an earlier run had finished is predicted as if it had not. */
+static void test_passes_behind_a_finished_one(void **state)
+{
+    (void)state;
+    struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
+                                  .width = 64,
+                                  .height = 64,
+                                  .renderers = 2,
+                                  .tile_edge = 16,
+                                  .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], tile = {.w = 64, .h = 64, .step = 1, .pass = 1};
+    uint32_t probes = 0, count;
+    uint64_t seed = 1;
+    queue_skip(queue, all_finished, NULL);
+    assert_int_equal(queue_next(queue, 0, 0, lot), 0);
+    for (tile.w = tile.h = 16; tile.x < 64; tile.x += 16)
+        queue_add(queue, &tile, queue_work(queue, &tile), 1);
+    check_sums(queue);
+    for (uint32_t who = 0; !queue->settled; who = 1 - who) {
+        count = queue_next(queue, who, 0, lot);
+        for (uint32_t i = 0; i < count; i++, probes++) {
+            assert_int_equal(lot[i].pass, TILE_PROBE);
+            answer_probe(queue, &lot[i], &seed);
+            queue_finish(queue, who, lot[i].id, 0, 1e-3);
+        }
+        assert_true(count > 0);
+    }
+    assert_true(probes > 0);
+    queue_destroy(queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tile_edge),
+        cmocka_unit_test(test_bands_show_progress),
+        cmocka_unit_test(test_too_many_tiles),
+        cmocka_unit_test(test_auto_edge),
+        cmocka_unit_test(test_auto_probe_edge),
+        cmocka_unit_test(test_skip),
+        cmocka_unit_test(test_passes_behind_a_finished_one),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,165 @@
+/* Withdrawing work from the queue, and ending the pre-pass of probes early. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "test/queue_fixture.h"
+#include "test/random.h"
+
+static const struct queue_config withdrawing = {.schedule = SCHEDULE_DYNAMIC,
+                                                .width = 256,
+                                                .height = 192,
+                                                .renderers = 3,
+                                                .tile_edge = 16,
+                                                .probe_edge = 8};
+
+/* One of so many asks, and finishes some of what he has. */
+static void take_turn(struct queue *queue, uint32_t renderers, uint64_t *seed, double now,
+                      unsigned char *seen)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t renderer = random_below(seed, renderers), ids[2 * LOT_TILES], held = 0;
+    queue_next(queue, renderer, now, lot);
+    const struct holdings *holdings = &queue->holdings;
+    for (uint32_t i = holdings->holders[renderer].first; i != HOLD_NONE;
+         i = holdings->holds[i].next)
+        ids[held++] = holdings->holds[i].id;
+    for (uint32_t i = 0; i < held && random_below(seed, 4) > 0; i++) {
+        struct tile tile = queue_tile_of(queue, ids[i]);
+        if (queue_is_recalled(queue, renderer, ids[i]) && random_below(seed, 2)) {
+            queue_drop(queue, renderer, ids[i], now, 0);
+            continue;
+        }
+        if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, seed);
+        if (queue_finish(queue, renderer, ids[i], now, 1e-3) == ANSWER_COUNTS)
+            mark(seen, &withdrawing, &tile);
+        hear_fates(queue, seen, &withdrawing);
+    }
+}
+
+/* Until the queue is complete; takes out what waits behind so many turns. */
+static void withdraw_after(struct queue *queue, uint32_t turns, uint64_t *seed, double *now,
+                           unsigned char *seen)
+{
+    for (uint32_t turn = 0; !queue_complete(queue); turn++) {
+        take_turn(queue, 3, seed, *now += 1e-3, seen);
+        assert_true(turn < 100000);
+        if (turn != turns) continue;
+        queue_withdraw(queue);
+        check_sums(queue);
+    }
+    check_sums(queue);
+}
+
+/* What nobody has had is taken out; what is out comes back, or goes to others, and then there is room for other
+ * work. */
+static void test_withdraw(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    for (uint64_t round = 1; round <= 40; round++) {
+        struct queue *queue = queue_create(&withdrawing);
+        uint64_t seed = round;
+        double now = 0;
+        memset(seen, 0, sizeof seen);
+        withdraw_after(queue, random_below(&seed, 150), &seed, &now, seen);
+        uint64_t finished = queue_count(queue).pixels_finished;
+        uint32_t marked = 0;
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            marked += seen[i];
+        assert_int_equal(marked, finished);
+        assert_true(finished < 256 * 192 && queue_count(queue).share_finished == 1);
+        struct tile tile = {.w = 128, .h = 128, .step = 1, .pass = 1};
+        memset(seen, 0, sizeof seen);
+        queue_add(queue, &tile, queue_work(queue, &tile), 1);
+        withdraw_after(queue, UINT32_MAX, &seed, &now, seen);
+        assert_int_equal(queue_count(queue).pixels_finished, finished + 128 * 128);
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            assert_int_equal(seen[i], i % 256 < 128 && i / 256 < 128);
+        queue_destroy(queue);
+    }
+}
+
+/* One who has stopped with tiles that are not wanted any more keeps nobody waiting. */
+static void test_withdraw_from_stopped(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    struct queue *queue = queue_create(&withdrawing);
+    uint64_t seed = 7;
+    double now = 0;
+    memset(seen, 0, sizeof seen);
+    while (!queue->settled || queue_tile_count(queue, 2) == 0)
+        take_turn(queue, 3, &seed, now += 1e-6, seen); /* nobody is late yet */
+    queue_withdraw(queue);
+    assert_false(queue_complete(queue) || queue->pace.renderers[2].lost);
+    for (int i = 0; i < 10000 && !queue_complete(queue); i++) {
+        take_turn(queue, 2, &seed, now += 1e-3, seen);
+        queue_look(queue, now);
+    }
+    assert_true(queue_complete(queue) && queue_tile_count(queue, 2) > 0);
+    check_sums(queue);
+    queue_destroy(queue);
+}
+
+/* Probe tiles that somebody has. */
+static uint32_t probes_out(const struct queue *queue)
+{
+    uint32_t out = 0;
+    for (uint32_t i = 0; i < queue->probes; i++)
+        out += queue->items[queue->first_probe + i].copies;
+    return out;
+}
+
+/* Wherever the pre-pass is ended, no probe goes out any more, and of those that are out each renderer may leave all but
+ * the one that it is at; the queue predicts from the first that is back, and the picture is as whole as ever. */
+static void test_probes_end(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    uint32_t ended_with_none = 0, ended_with_some = 0;
+    for (uint64_t round = 1; round <= 60; round++) {
+        struct queue *queue = queue_create(&withdrawing);
+        uint64_t seed = round;
+        double now = 0;
+        memset(seen, 0, sizeof seen);
+        for (uint32_t turn = 0; turn < round % 6 || probes_out(queue) == 0; turn++)
+            take_turn(queue, 3, &seed, now += 1e-3, seen);
+        uint32_t out = probes_out(queue), given = queue->next_probe, recalls = 0;
+        bool knew = queue->settled, knows = queue->map.blocks_known > 0;
+        queue_end_probes(queue, now);
+        assert_true(queue->settled == (knew || knows));
+        for (struct recall recall; queue_next_recall(queue, &recall); recalls++)
+            assert_true(!recall.finished && queue->items[recall.id].pass == TILE_PROBE);
+        assert_true(knew || (out - recalls >= 1 && out - recalls <= 3));
+        for (uint32_t turn = 0; !queue_complete(queue); turn++) {
+            take_turn(queue, 3, &seed, now += 1e-3, seen);
+            assert_true(turn < 100000 && probes_out(queue) <= out);
+            for (uint32_t i = given; !knew && i < queue->probes; i++) {
+                uint64_t id = (uint64_t)i * queue->probe_stride % queue->probes;
+                assert_int_equal(queue->items[queue->first_probe + id].copies, 0);
+            }
+        }
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            assert_int_equal(seen[i], 1);
+        check_sums(queue);
+        ended_with_none += !knows;
+        ended_with_some += knows && !knew;
+        queue_destroy(queue);
+    }
+    assert_true(ended_with_none > 2 && ended_with_some > 2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_withdraw),
+        cmocka_unit_test(test_withdraw_from_stopped),
+        cmocka_unit_test(test_probes_end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
