@@ -1,0 +1,222 @@
+/* What the table of the report says about the sampling error, and about what a lower one would take. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "test/report_fixture.h"
+
+/* Of the last row of a run. */
+static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
+
+/* Of a run with two renderers, here, and that row. */
+static struct report report_of_row(struct renderer_stats *renderers, struct error_row *row,
+                                   struct error_log *log)
+{
+    struct report report = sample_report(renderers, 2);
+    *row = last_row;
+    *log = (struct error_log){row, 1};
+    report.errors = log;
+    return report;
+}
+
+/* Where less is beyond what is allowed, or nothing tells what it would take. */
+static void test_table_no_forecast(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
+    report.max_samples = 64;
+    report.ended = ENDED_BY_TARGET;
+    report.target = 0.0001;
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "not known"));
+    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
+                     "sampling.target_error = 0.0001 is met\n");
+    free(text);
+    report.forecast = (struct error_forecast){.known = false};
+    text = table_text(&report, 80);
+    assert_has(text,
+               "\nwhat less would take is not known\nsampling.target_error = 0.0001 is met\n");
+    free(text);
+    report.ended = ENDED_BY_TIME;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit, "
+                     "sampling.target_error = 0.0001 is not met\n");
+    free(text);
+    report.target = 0;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit\n");
+    free(text);
+    report.passes = 3;
+    report.missing_share = 0.4;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit, pass 3 was cut off:\n"
+                     "  40.0 % of its pixels are missing\n");
+    free(text);
+    report.missing_share = 0.0001; /* never none */
+    text = table_text(&report, 130);
+    assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
+    free(text);
+    report.unsampled = 1;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "cut off"));
+    free(text);
+}
+
+/* A slope that no sampling has is not shown, and the report has it. */
+static void test_table_steep_forecast(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast =
+        (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06};
+    char *text = table_text(&report, 80), *json = report_json(&report);
+    assert_has(text, "\n0.00004 would take about 2.41 s (2.4 to 2.47)\n");
+    assert_has(json, "\"slope\": -351.1,");
+    free(text);
+    free(json);
+    report.forecast.slope = 2.1;
+    text = table_text(&report, 80);
+    assert_has(text, ", slope -2.10 +- ");
+    free(text);
+}
+
+/* In a terminal of 80 columns. */
+static void assert_table_has(const struct report *report, const char *expected)
+{
+    char *text = table_text(report, 80);
+    assert_has(text, expected);
+    free(text);
+}
+
+/* An error with what less would cost. */
+static void test_table_error(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0};
+    assert_table_has(&report, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
+                              "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
+                              "  slope -0.50 +- 0.00\n");
+    char *text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "\nsampling error: RMSE 0.000098\n  (0.000087 to 0.00011) after 2.4 s\n"
+                     "0.00002 would take about 48.4 s\n  (48.4 to 48.4), with 64 samples\n");
+    free(text);
+    report.forecast.seconds = 50;
+    assert_table_has(&report, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
+    row.elapsed_s = 0.0374;
+    assert_table_has(&report, " after 0.037 s\n");
+}
+
+/* An earlier run's part counts as this one's. */
+static void test_table_error_of_two_runs(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0};
+    row.true_rmse = 0.00009;
+    report.resumed.render_s = 10;
+    report.resumed.cpu_s = 20;
+    assert_table_has(&report,
+                     " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
+                     "  RMSE 0.00009 against the reference\n0.00002 would take about 289 s (");
+    row.true_rmse = 0.2;
+    assert_table_has(&report, "\n  RMSE 0.2 against the reference (is it of this view?)\n");
+}
+
+/* Where only a part of the pixels has samples. */
+static void test_table_error_of_a_part(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    row.share = 0.00095;
+    assert_table_has(&report, " of the 0.095 % that has samples after 2.4 s\n");
+    row.share = 0.0456;
+    char *text = table_text(&report, 80);
+    assert_has(text, "of the 4.5 % that has samples");
+    assert_null(strstr(text, "guessed"));
+    free(text);
+    report.unsampled = 9544;
+    assert_table_has(&report, "that of what is guessed is not known");
+    report.guessed_rmse = 0.01;
+    row.share = 0.36;
+    row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
+    /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
+    assert_table_has(&report, "about 0.0081 of the whole picture, 0.01 of what is guessed");
+    char *json = report_json(&report);
+    assert_has(json, "\"guessed_rmse\": 0.01\n");
+    free(json);
+    /* The true error is known also where no row knows it, as pixels are without samples. */
+    row.true_rmse = (double)NAN;
+    report.has_reference = true;
+    report.truth.rmse = 0.0123;
+    assert_table_has(&report, ", 0.01 of what is guessed\n"
+                              "  RMSE 0.012 of the whole picture against the reference\n");
+    row.true_rmse = 0.2;
+    report.has_reference = false;
+    report.guessed_rmse = (double)NAN;
+    report.unsampled = 0;
+    row.share = 0.9996;
+    assert_table_has(&report, "of the 99.9 % that has samples");
+    row.elapsed_s = 0.0374;
+    assert_table_has(&report, " after 0.037 s,");
+}
+
+/* One sample tells nothing about its own error. */
+static void test_table_truth(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    struct error_log log = {0};
+    report.errors = &log;
+    report.has_reference = true;
+    report.truth.rmse = 0.0231;
+    char *text = table_text(&report, 80);
+    assert_has(text, "\nsampling error: RMSE 0.023 against the reference\n");
+    free(text);
+    report.has_reference = false;
+    report.max_samples = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\nsampling error: unknown with one sample a pixel\n");
+    free(text);
+    report.max_samples = 2; /* of which no pixel has come in */
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "sampling error"));
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_table_no_forecast),
+        cmocka_unit_test(test_table_steep_forecast),
+        cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_table_error_of_two_runs),
+        cmocka_unit_test(test_table_error_of_a_part),
+        cmocka_unit_test(test_table_truth),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,357 @@
+/* The report as a table: where the time went, what each renderer did, and how the table fits into a terminal. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "test/report_fixture.h"
+
+static void test_table(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = sample_report(renderers, 4);
+    renderers[0].pixels /= 2;
+    renderers[1].pixels += renderers[0].pixels;
+    renderers[2].busy_s = 1.5;
+    char *text = table_text(&report, 80);
+    assert_has(text, "  rendering           4.000 s   80.0 %  ###################\n");
+    assert_has(text, "  writing             0.312 s    6.2 %  ##\n"
+                     "  other               0.000 s    0.0 %\n"
+                     "  total               5.000 s\n");
+    assert_has(text, "  intersection        2.000 s   50.0 %  ############\n");
+    assert_has(text, "  waiting             0.500 s   12.5 %  ###\n");
+    assert_has(text,
+               "     0     75   259200   12.5 %    0.500    3.000  ########################\n");
+    assert_has(text, "     2     75   518400   25.0 %    0.500    1.500  ############\n");
+    assert_has(text, "  mean     75   518400   25.0 %    0.500    2.635  #####################\n");
+    assert_has(text, "efficiency 65.9 %, imbalance 1.150, tail 0.030 s\n");
+    assert_has(text, "13.2M rays, 3.3M per second\n4.0M primary, 8.0M shadow, 1.2M reflection\n");
+    assert_has(text, "picture lantern.png\n");
+    assert_null(strstr(text, "NaN"));
+    assert_null(strstr(text, "node"));
+    assert_null(strstr(text, "CPU"));
+    free(text);
+    report.time.total = 8;
+    text = table_text(&report, 80);
+    assert_has(
+        text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
+    /* All of them wait while a pass is planned. */
+    assert_null(strstr(text, "planning"));
+    free(text);
+    report.plan_s = 0.3;
+    text = table_text(&report, 80);
+    assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
+                     "  waiting             0.200 s    5.0 %  #\n");
+    free(text);
+    /* No more of that than they have waited. What was read of a journal is nothing else besides. */
+    report.plan_s = 9;
+    report.resumed.records = 1;
+    report.time.resume = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "  planning passes     0.500 s   12.5 %  ###\n"
+                     "  waiting             0.000 s    0.0 %\n");
+    assert_has(text, "  reading journal     1.000 s   12.5 %  ###\n");
+    assert_has(text, "  other               2.000 s   25.0 %  ######\n");
+    assert_null(strstr(text, "picture memory"));
+    free(text);
+    report.time.room = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "  picture memory      1.000 s   12.5 %  ###\n");
+    assert_has(text, "  other               1.000 s   12.5 %  ###\n");
+    report.resumed.records = 0;
+    report.time.room = 0;
+    free(text);
+    renderers[3].cpu_s = 0;
+    text = table_text(&report, 80);
+    assert_has(text,
+               "\nCPU time is 85 % of busy time, as cores were shared, its imbalance is 1.333\n");
+    free(text);
+    for (int i = 0; i < 4; i++)
+        renderers[i].counts = (struct render_counts){.rays = {i == 0}};
+    text = table_text(&report, 80);
+    assert_has(text, "\n1 ray, ");
+    free(text);
+}
+
+/* The seconds in the line of the second table that begins so; 0: there is none. */
+static double seconds_of(const char *text, const char *label)
+{
+    char *start = format_text("\n  %s  ", label), *line = strstr(text, start);
+    double seconds = line ? strtod(line + strlen(start), NULL) : 0;
+    free(start);
+    return seconds;
+}
+
+static double sum_of_parts(const char *text)
+{
+    static const char *const labels[] = {"pre-pass",       "intersection", "shading",
+                                         "without a core", "waiting",      "sending, other"};
+    double sum = 0;
+    for (size_t i = 0; i < sizeof labels / sizeof *labels; i++)
+        sum += seconds_of(text, labels[i]);
+    return sum;
+}
+
+/* The pre-pass is none of what is left, nor is the time in which somebody else had the core. */
+static void test_table_parts(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    for (int i = 0; i < 2; i++) {
+        renderers[i].busy_s = renderers[i].cpu_s = 3.375;
+        renderers[i].wait_s = 0.5;
+    }
+    report.time.probe = 0.25;
+    char *text = table_text(&report, 80);
+    assert_has(text, "renderers\n  pre-pass            0.250 s    6.2 %  ##\n"
+                     "  intersection        2.000 s   50.0 %");
+    assert_has(text,
+               "  sending, other      0.250 s    6.2 %  ##\n"); /* 0.125 s in tiles given up */
+    assert_null(strstr(text, "without a core"));
+    free(text);
+    /* 0.65 of 3.25 s of tiles, and of 3.375 s that were busy. */
+    renderers[0].cpu_s = 1;
+    renderers[1].cpu_s = 0.3;
+    text = table_text(&report, 80);
+    assert_has(text, "  pre-pass            0.050 s    1.2 %\n"
+                     "  intersection        0.400 s   10.0 %  ##\n"
+                     "  shading             0.200 s    5.0 %  #\n"
+                     "  without a core      2.725 s   68.1 %  ################\n"
+                     "  waiting             0.500 s   12.5 %  ###\n"
+                     "  sending, other      0.125 s    3.1 %  #\n");
+    assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
+    free(text);
+    /* No more of it than fits beside the rest, as where a time limit cuts it off. */
+    report.time.probe = 3;
+    renderers[0].cpu_s = renderers[1].cpu_s = 3.375;
+    text = table_text(&report, 80);
+    assert_has(text, "  pre-pass            0.375 s    9.4 %");
+    assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
+    free(text);
+    report.time.probe = 0;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "pre-pass"));
+    free(text);
+}
+
+/* More renderers than cores are no faster than these, and the CPU time of one is not uneven. */
+static void test_table_cores(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[8];
+    struct report report = sample_report(renderers, 8);
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, " core"));
+    free(text);
+    report.cores = report.processors = 2;
+    for (int i = 0; i < 8; i++)
+        renderers[i].cpu_s = 0.75;
+    text = table_text(&report, 80);
+    assert_has(text,
+               "\n8 renderers on 2 cores: at most 2 times as fast as one\n"
+               "CPU time is 25 % of busy time, as cores were shared, its imbalance is 1.000\n");
+    free(text);
+    report.cores = 9;
+    report.processors = 5;
+    text = table_text(&report, 80);
+    assert_has(text, "\n8 renderers, 5 on a core at a time: at most 5 times as fast as one\n");
+    free(text);
+    report.cores = report.processors = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\n8 renderers on 1 core: no faster than one\n");
+    free(text);
+    report.renderer_count = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\nCPU time is 25 % of busy time, as cores were shared\n");
+    assert_null(strstr(text, "1 renderers"));
+    free(text);
+}
+
+/* A picture that an earlier run has left as a whole says nothing of the renderers. */
+static void test_table_nothing_rendered(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2] = {0};
+    struct report report = sample_report(renderers, 0);
+    report.renderer_count = 2;
+    report.resumed.records = report.resumed.tiles = 300;
+    report.resumed.pixels = 2073600;
+    char *text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "  total               5.000 s\n\n"
+                     "nothing was rendered\n  all was in the journal\n");
+    assert_null(strstr(text, "efficiency"));
+    assert_null(strstr(text, " rays"));
+    free(text);
+    renderers[1].counts.rays[RAY_PRIMARY] = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "efficiency");
+    free(text);
+}
+
+/* Of the columns, pixels go first: a share and its bar say more. */
+static void test_table_narrow(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    char *text = table_text(&report, 50);
+    assert_fits(text, 50);
+    assert_has(text, "farm 1.2.3, 1920 x 1080 pixels, 2 renderers\n  dynamic schedule, 300 ");
+    assert_has(text, "  rank  tiles    share   wait s   busy s\n"
+                     "     0     75   50.0 %    0.500    3.000  ########\n");
+    free(text);
+    text = table_text(&report, 57);
+    assert_has(text, "     0     75   518400   50.0 %    0.500    3.000  ######\n");
+    free(text);
+    text = table_text(&report, 40);
+    assert_has(text, "     0     75   50.0 %    0.500    3.000\n");
+    free(text);
+}
+
+/* What a PNG cannot show is told where there is any. */
+static void test_table_clipped(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "clipped"));
+    free(text);
+    report.quantisation = (struct quantisation){.clipped = 435, .clipped_rmse = 0.00651};
+    text = table_text(&report, 80);
+    assert_has(text, "\nclipped: 435 pixels beyond what the file can hold, RMSE 0.0065\n");
+    free(text);
+    text = table_text(&report, 40);
+    assert_has(text, "\n  beyond what the file can hold\n  RMSE 0.0065\n");
+    free(text);
+}
+
+/* What the picture may lack is told where it lacks something. */
+static void test_table_truncation(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    static const struct {
+        double most;
+        const char *text; /* never less than that */
+    } bounds[] = {{0.0321, "0.033"},
+                  {0.032, "0.032"},
+                  {0.0401358, "0.041"},
+                  {0.996, "1"},
+                  {0.0996, "0.1"},
+                  {0.9901, "1"},
+                  {0.07, "0.07"},
+                  {1, "1"},
+                  {1.01, "1.1"},
+                  {12.1, "13"},
+                  {99.5, "1e+02"},
+                  {121, "1.3e+02"},
+                  {0.0000100001, "0.000011"},
+                  {3.21e-12, "3.3e-12"}};
+    struct report report = sample_report(renderers, 1);
+    for (size_t i = 0; i < sizeof bounds / sizeof *bounds; i++) {
+        char line[64];
+        report.picture.truncation = bounds[i].most;
+        snprintf(line, sizeof line, "\ntruncation: at most %s anywhere\n", bounds[i].text);
+        char *text = table_text(&report, 80);
+        assert_has(text, line);
+        free(text);
+    }
+    report.resumed.counts.truncation = HUGE_VAL;
+    char *text = table_text(&report, 80);
+    assert_has(text, "\ntruncation: without bound\n");
+    free(text);
+    report.picture.truncation = report.resumed.counts.truncation = 0;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "truncation"));
+    free(text);
+}
+
+enum { RANKS = 100 };
+
+static void test_table_fits(void **state)
+{
+    (void)state;
+    static struct renderer_stats renderers[RANKS];
+    for (int count = 0; count <= RANKS; count = 2 * count + 1) {
+        struct report report = sample_report(renderers, count);
+        if (count > 1) memset(renderers[1].host, 'h', 60);
+        for (int columns = 40; columns < 130; columns++) {
+            char *text = table_text(&report, columns);
+            assert_fits(text, (size_t)columns);
+            free(text);
+        }
+    }
+}
+
+static void test_table_extremes(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    renderers[0].busy_s = renderers[0].wait_s = report.time.total = report.time.render = 1e7;
+    renderers[0].pixels = renderers[0].counts.rays[0] = UINT64_MAX;
+    renderers[0].tiles = UINT32_MAX;
+    report.picture.nonfinite = 12;
+    char *text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "12 samples are not finite\n");
+    free(text);
+    report.time = (struct run_times){0};
+    report.image_file = "a\033[2J\xc2\x9b\x9bé.png";
+    text = table_text(&report, 0);
+    assert_fits(text, 80);
+    assert_has(text, "picture a?[2J???é.png\n");
+    assert_null(strstr(text, "inf "));
+    assert_null(strstr(text, "nan"));
+    free(text);
+}
+
+static void test_table_of_many(void **state)
+{
+    (void)state;
+    static struct renderer_stats renderers[RANKS];
+    struct report report = sample_report(renderers, RANKS);
+    strcpy(renderers[7].host, "other");
+    char *text = table_text(&report, 80);
+    assert_has(text, "\n    99     75   518400    1.0 %    0.500    3.990");
+    assert_has(text, "\n    96     75");
+    assert_has(text, "\n   ...  92 more, then the idlest\n     3     75");
+    assert_has(text, "\n     0     75");
+    assert_null(strstr(text, "\n    95 "));
+    assert_null(strstr(text, "\n     4 "));
+    assert_has(text, "  mean     75   518400    1.0 %    0.500    3.495");
+    assert_has(text, "  host\n");
+    assert_has(text, "  node ");
+    free(text);
+    *renderers[7].host = '\0'; /* it has never reported: nobody knows */
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "  host\n"));
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_parts),
+        cmocka_unit_test(test_table_cores),
+        cmocka_unit_test(test_table_nothing_rendered),
+        cmocka_unit_test(test_table_narrow),
+        cmocka_unit_test(test_table_clipped),
+        cmocka_unit_test(test_table_truncation),
+        cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_table_of_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
