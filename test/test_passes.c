@@ -1,0 +1,129 @@
+/* Passes of adaptive sampling under a time limit: how much the next one asks for, and the time that is reserved for the
+ * end. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "test/master_fixture.h"
+
+/* How a run stands that comes to the end of a pass: two of its three processors have rendered all the time. */
+struct standing {
+    double elapsed, left; /* wall seconds */
+    unsigned passes;      /* that are in */
+    double earlier;       /* seconds of processors' time, by an earlier run */
+};
+
+/* Of pixels that are as uneven as a picture's are. */
+static void put_uneven_pass(struct farm *farm, double seconds)
+{
+    uint32_t pixels = farm->canvas.width * farm->canvas.height;
+    struct tile all = {.w = farm->canvas.width, .h = farm->canvas.height, .step = 1, .pass = 1};
+    uint32_t in = adaptive_pixels(farm->service.adaptive, &all);
+    float *part = calloc(pixels, REFINED_FLOATS * sizeof *part);
+    for (uint32_t i = 0; i < 3 * in; i++)
+        part[3 * in + i] = (float)exp2(-0.07 * (i % 97));
+    for (uint32_t i = 0; i < in; i++)
+        part[6 * in + i] = part[3 * in + 3 * i];
+    adaptive_put(farm->service.adaptive, &all, part, seconds);
+    free(part);
+}
+
+/* Samples that it then asks for, in seconds that as many took in the last pass; 0: none, as that would come too
+ * late. *took: wall seconds, which pass for the run as well. */
+static double asked_for(struct standing standing, double *took)
+{
+    struct farm *farm = farm_open(&small_tiles);
+    struct view view = {.min_samples = 4, .max_samples = 4096};
+    uint32_t pixels = farm->canvas.width * farm->canvas.height;
+    struct tile all = {.w = farm->canvas.width, .h = farm->canvas.height, .step = 1};
+    struct adaptive *adaptive = adaptive_create(&view, &farm->canvas, 1e-5);
+    farm->service.adaptive = adaptive;
+    double rendered = standing.earlier + 2 * standing.elapsed, samples = 4 * pixels;
+    for (unsigned i = 1; i <= standing.passes; i++) {
+        put_uneven_pass(farm, i == standing.passes ? rendered : 0);
+        if (i == standing.passes) break;
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
+        samples = adaptive_work(adaptive, &all).samples;
+    }
+    while (other_goes_on(farm))
+        ;
+    farm->watch = (struct watch){.canvas = &farm->canvas, .adaptive = adaptive, .first_samples = 4};
+    assert_true(watch_start(&farm->watch, NULL));
+    farm->service.processors = 3;
+    farm->server.rendered_before = standing.earlier;
+    farm->server.last_pass = false;
+    double now = clock_wall();
+    farm->service.deadline = now + standing.left;
+    farm->server.start = now - standing.elapsed;
+    follow_passes(&farm->server);
+    *took = clock_wall() - now;
+    assert_false(farm->server.last_pass);
+    double seconds = adaptive_work(adaptive, &all).samples / samples * rendered;
+    assert_true((seconds > 0) == !queue_complete(farm->service.queue));
+    watch_free(&farm->watch);
+    adaptive_destroy(adaptive);
+    farm_close(farm);
+    return seconds;
+}
+
+static void check_asked(struct standing standing, double least, double most)
+{
+    double seconds = 0, took = HUGE_VAL;
+    /* Once more where the test was kept waiting: half of what is taken for work before anything is known (0.01 s). */
+    for (int attempt = 0; attempt < 100 && took > 0.005; attempt++)
+        seconds = asked_for(standing, &took);
+    if (!(seconds >= least && seconds <= most))
+        fail_msg("%g s are asked for where %g are left", seconds, standing.left);
+}
+
+/* Half of the time that is left, as far as processors are busy, behind pass 0; then nine tenths. At the end
+ * somewhat more than there is, but no plan that comes too late. Samples that come later last longer, and
+ * less where a pixel gets more at a time. */
+static void test_pass_fits_the_time(void **state)
+{
+    (void)state;
+    check_asked((struct standing){10, 4, 1, 0}, 1.5, 4);
+    check_asked((struct standing){10, 20, 1, 0}, 9, 20);
+    check_asked((struct standing){10, HUGE_VAL, 1, 0}, 100, HUGE_VAL);
+    check_asked((struct standing){10, 4, 2, 0}, 5, 9);
+    check_asked((struct standing){10, 0.7, 1, 0}, 0.7, 1.5);
+    check_asked((struct standing){10, 0, 1, 0}, 0, 0);
+    /* All three will render: what an earlier run's have done is not this one's. */
+    check_asked((struct standing){0, 4, 1, 20}, 2.3, 6);
+}
+
+/* Of a time limit so much is kept as its end takes, but no more than half. */
+static void test_time_is_kept(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct service *service = &farm->service;
+    service->images[0] = "picture.png";
+    estimate_writing(&farm->server, false);
+    assert_true(service->writing_s == 0); /* there is no limit */
+    service->limit = 10;
+    service->deadline = 100;
+    estimate_writing(&farm->server, false);
+    assert_true(service->writing_s > 0);
+    service->writing_s = 2;
+    service->last_plan_s = 0.5;
+    farm->server.fill_s = 0.25;
+    assert_true(rendering_ends(&farm->server) == 97.25);
+    service->writing_s = 5;
+    assert_true(rendering_ends(&farm->server) == 95);
+    farm_close(farm);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pass_fits_the_time),
+        cmocka_unit_test(test_time_is_kept),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,78 @@
+/* Renderers from which nothing has come for a while: when they are asked for a sign of life, and when they are given
+ * up. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/master_fixture.h"
+
+/* All renderers are looked at now and then only, not in each turn of the loop. */
+static void test_who_is_silent(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 64, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
+    struct farm *farm = farm_open(&config);
+    struct contact *contact = &farm->contacts[1];
+    look_for_silence(&farm->server);
+    assert_false(contact->is_silent);
+    contact->heard = -61;
+    double begin = clock_wall();
+    look_for_silence(&farm->server);
+    if (clock_wall() - begin < 0.001) assert_false(contact->is_silent);
+    clock_sleep(0.05);
+    look_for_silence(&farm->server);
+    assert_true(contact->is_silent);
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
+    assert_false(contact->is_silent);
+    farm_close(farm);
+}
+
+/* However short the patience is, who is asked has time to answer. */
+static void test_who_is_asked(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    farm->service.patience = 0.5;
+    contact->is_ready = true;
+    for (double heard = 0; heard >= -0.5; heard -= 0.125) {
+        contact->heard = heard - 0.0625;
+        farm->server.next_look = farm->server.awake = 0;
+        farm->server.woken = clock_wall();
+        look_for_silence(&farm->server);
+        assert_int_equal(contact->is_asked, heard < -0.125);
+        assert_int_equal(contact->is_silent, heard < -0.375);
+    }
+    farm_close(farm);
+}
+
+/* Nobody is left who renders when all are silent, one is not enough; rank 0 itself never is. */
+static void test_who_is_left(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    for (unsigned silent = 0; silent < 4; silent++) {
+        for (uint32_t i = 0; i < RENDERERS; i++)
+            farm->contacts[i].is_silent = silent >> i & 1;
+        farm->server.first_remote = 1;
+        assert_false(is_deserted(&farm->server));
+        farm->server.first_remote = 0;
+        assert_int_equal(is_deserted(&farm->server), silent == 3);
+    }
+    farm->server.first_remote = 1;
+    farm_close(farm);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_who_is_silent),
+        cmocka_unit_test(test_who_is_asked),
+        cmocka_unit_test(test_who_is_left),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

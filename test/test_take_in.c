@@ -1,0 +1,257 @@
+/* What the master makes of the messages and trays of a renderer on another rank: valid ones are counted, others end the
+ * run. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "test/fatal.h"
+#include "test/master_fixture.h"
+
+/* What is known of a renderer that leaves without a word: what it has brought into the picture. */
+static void test_answers_are_counted(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    const struct renderer_stats *stats = &farm->stats[1];
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    for (uint32_t i = 1; i <= 9; i++) {
+        assert_true(first_held(farm, &tile));
+        write_part(
+            &tile,
+            (struct result_header){
+                .pixels = 16, .start_s = 5 * i, .busy_s = 2, .cpu_s = 1, .counts = {.rays = {3}}});
+        size_t bytes = letter.size;
+        arrive(farm);
+        assert_true(stats->tiles == i && stats->pixels == 16 * i && stats->bytes == bytes * i);
+        assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
+        assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
+    }
+    assert_int_equal(render_counts_rays(&farm->service.counts), 3 * 9); /* of which the bar tells */
+    assert_true(farm->service.messages == 9 && farm->server.pixels == 16 * 9);
+    assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
+    farm_close(farm);
+}
+
+/* A tile that was dropped before it was begun was no rendering; one that takes long may be back already. */
+static void test_what_is_not_finished(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tile tile, back;
+    fall_silent(farm);
+    assert_true(first_held(farm, &back));
+    write_part(&back, (struct result_header){.pixels = 16, .start_s = 5, .busy_s = 2});
+    arrive(farm);
+    write_part(&back, (struct result_header){.pixels = RESULT_UNFINISHED, .busy_s = 1});
+    arrive(farm);
+    while (other_goes_on(farm))
+        ;
+    assert_true(first_held(farm, &tile));
+    uint32_t holds = queue_tile_count(farm->service.queue, 1);
+    write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED, .start_s = 9});
+    arrive(farm);
+    assert_int_equal(queue_tile_count(farm->service.queue, 1), holds - 1);
+    assert_true(farm->stats[1].finish_s == 7 && farm->stats[1].tiles == 1);
+    farm_close(farm);
+}
+
+/* The first result, of so many bytes, lies in the renderer's tray; the master looks. */
+static void leave_in_tray(struct farm *farm, uint32_t bytes)
+{
+    slots_fill(&farm->trays[1]->results, 0, bytes);
+    arrivals_leave(farm->arrivals, 1);
+    assert_true(take_in(&farm->server));
+}
+
+/* What lies in the tray is taken, and its place is free again. */
+static void test_answer_in_a_tray(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    struct tile tile;
+    tray_init(tray);
+    farm->trays[1] = tray;
+    hand_out(&farm->server, 1);
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
+    memcpy(tray->result[0], letter.bytes, letter.size);
+    farm->server.awake = 3;
+    leave_in_tray(farm, (uint32_t)letter.size);
+    assert_true(farm->contacts[1].heard == 3);
+    assert_true(farm->stats[1].tiles == 1 && slots_bytes(&tray->results, 0) == 0);
+    tray_free(tray);
+    free(tray);
+    farm_close(farm);
+}
+
+/* It is heard of, and counted when it has said goodbye. */
+static void test_goodbye(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    farm->server.awake = 3;
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
+    assert_true(contact->heard == 3 && sent.lots == 0);
+    farm->service.ending = true;
+    const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
+    assert_true(contact->is_gone && farm->stats[1].tiles == 5);
+    farm_close(farm);
+}
+
+/* Probes are no part of the picture: they cost time, and that is all. */
+static void test_probes_are_not_counted(void **state)
+{
+    (void)state;
+    struct queue_config config = small_tiles;
+    config.probe_edge = 4;
+    struct farm *farm = farm_open(&config);
+    const struct renderer_stats *stats = &farm->stats[1];
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    for (uint32_t id = 0; !queue_find_held(farm->service.queue, 1, id, &tile) || tile.pass == 0;
+         id++)
+        assert_true(id < 1000);
+    write_part(&tile, (struct result_header){
+                          .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
+    arrive(farm);
+    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->service.probe_s == 2);
+    assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 7);
+    farm_close(farm);
+}
+
+/* Messages that make no sense, from a renderer that has tiles, some of which others have, too. */
+enum wrong {
+    DROP_UNASKED,
+    DROPPED_IN_NO_TIME,
+    RESULT_TOO_LONG,
+    RESULT_TOO_SHORT,
+    RESULT_WITHOUT_PIXELS,
+    RESULT_EMPTY,
+    RESULT_OF_OTHERS,
+    UNFINISHED_IN_NO_TIME,
+    TRAY_TOO_LONG,
+    READY_AGAIN,
+    STATS_EARLY,
+    PONG_LONG,
+    OTHER_KIND
+};
+
+struct attempt {
+    struct farm *farm;
+    enum wrong wrong;
+};
+
+static void send_result(struct farm *farm, enum wrong wrong)
+{
+    struct tile tile;
+    struct result_header header = {.pixels = 16, .busy_s = 1};
+    uint32_t id = 0;
+    while (!queue_find_held(farm->service.queue, 1, id, &tile) ||
+           queue_is_recalled(farm->service.queue, 1, id) != (wrong == DROPPED_IN_NO_TIME))
+        id++;
+    if (wrong == DROP_UNASKED) header.pixels = RESULT_DROPPED;
+    if (wrong == DROPPED_IN_NO_TIME) header.pixels = RESULT_DROPPED, header.busy_s = (double)NAN;
+    if (wrong == UNFINISHED_IN_NO_TIME)
+        header.pixels = RESULT_UNFINISHED, header.busy_s = (double)NAN;
+    if (wrong == RESULT_TOO_SHORT) header.pixels = RESULT_UNFINISHED;
+    if (wrong == RESULT_OF_OTHERS) tile.id = 9999;
+    write_part(&tile, header);
+    if (wrong == RESULT_TOO_LONG) letter.size += 8;
+    if (wrong == RESULT_WITHOUT_PIXELS) letter.size = sizeof header;
+    if (wrong == RESULT_TOO_SHORT) letter.size = sizeof header - 8;
+    if (wrong == RESULT_EMPTY) letter.size = 0;
+    arrive(farm);
+}
+
+static void try_wrong(void *state)
+{
+    const struct attempt *it = state;
+    const struct ready ready = {.rank = 1};
+    const struct renderer_stats stats = {.rank = 1};
+    if (it->wrong < TRAY_TOO_LONG) send_result(it->farm, it->wrong);
+    if (it->wrong == TRAY_TOO_LONG) leave_in_tray(it->farm, TRAY_RESULT_BYTES + 8);
+    if (it->wrong == READY_AGAIN)
+        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
+    if (it->wrong == STATS_EARLY)
+        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
+    if (it->wrong == PONG_LONG) arrive_as(it->farm, TAG_RENDERER_TO_MASTER_PONG, "", 1);
+    if (it->wrong == OTHER_KIND) arrive_as(it->farm, 99, "", 0);
+}
+
+/* They end the run, with a line that says so. */
+static void test_wrong_messages(void **state)
+{
+    (void)state;
+    static const char *const said[] = {
+        [RESULT_EMPTY] = "rank 1 sent a result that is not valid",
+        [RESULT_OF_OTHERS] = "rank 1 sent a result for a tile that it was not asked for",
+        [TRAY_TOO_LONG] = "rank 1 left a result that makes no sense",
+        [READY_AGAIN] = "rank 1 reported for work in a way that makes no sense",
+        [STATS_EARLY] = "rank 1 sent statistics that make no sense",
+        [PONG_LONG] = "rank 1 sent a message of unknown kind 9",
+        [OTHER_KIND] = "rank 1 sent a message of unknown kind 99"};
+    struct farm *farm = farm_open(&small_tiles);
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    tray_init(tray);
+    farm->trays[1] = tray;
+    farm->contacts[1].is_ready = true;
+    fall_silent(farm);
+    while (!queue_has_recalls(farm->service.queue))
+        assert_true(other_goes_on(farm));
+    for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
+        char line[256];
+        snprintf(line, sizeof line, "farm: rank 0: %s\n",
+                 said[wrong] ? said[wrong] : said[RESULT_EMPTY]);
+        assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
+    }
+    tray_free(tray);
+    free(tray);
+    farm_close(farm);
+}
+
+static void try_less(void *state)
+{
+    struct farm *farm = state;
+    struct tile tile;
+    assert_true(first_held(farm, &tile));
+    uint32_t pixels = tile_pixels(&tile) - 1;
+    write_part(&tile, (struct result_header){.pixels = pixels, .busy_s = 1});
+    letter.size = result_bytes(&tile, pixels, true);
+    arrive(farm);
+}
+
+/* Of a pass exactly those pixels are expected that were asked for: others would get their samples. */
+static void test_less_than_asked(void **state)
+{
+    (void)state;
+    struct view view = {.min_samples = 4, .max_samples = 64};
+    struct farm *farm = farm_open(&small_tiles);
+    farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);
+    finish_first_pass(farm);
+    hand_out(&farm->server, 1);
+    assert_fatal(try_less, farm, "farm: rank 0: rank 1 sent other pixels than it was asked for\n");
+    adaptive_destroy(farm->service.adaptive);
+    farm_close(farm);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_answers_are_counted),    cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_answer_in_a_tray),       cmocka_unit_test(test_goodbye),
+        cmocka_unit_test(test_probes_are_not_counted), cmocka_unit_test(test_wrong_messages),
+        cmocka_unit_test(test_less_than_asked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
