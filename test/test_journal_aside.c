@@ -1,0 +1,152 @@
+/* Journals of other pictures: set aside under another name, and taken back for their own picture. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "test/journal_fixture.h"
+
+/* A journal that cannot be told from none is kept for its owner. */
+static void test_nothing_whole(void **state)
+{
+    struct scratch *s = *state;
+    enum { SIZE = HEADER + RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, 1);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    bytes[3] ^= 1;
+    bytes[SIZE - 1] ^= 1;
+    struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+    assert_int_equal(seen.records, 0);
+    assert_string_equal(s->said, PATH ": warning: this is no journal, or its first bytes are "
+                                      "damaged, it is now called " PATH ".1\n");
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1"), 0);
+}
+
+static void test_other_pictures(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 3);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(journal && seen.records == 0);
+    assert_string_equal(s->said, PATH ": warning: the journal holds another picture or other "
+                                      "settings, it is now called " PATH ".1\n");
+    append(journal, 0);
+    journal_keep(journal);
+    journal = open_as(s, PICTURE + 2, &seen);
+    assert_true(journal && seen.records == 0 && strstr(s->said, PATH ".2"));
+    journal_keep(journal);
+    scratch_write(PATH, "[sphere]\nsomething else, of more bytes than a header\n");
+    journal = open_as(s, PICTURE + 2, &seen);
+    assert_non_null(journal);
+    assert_string_equal(s->said, PATH ": warning: this is no journal, or its first bytes are "
+                                      "damaged, it is now called " PATH ".3\n");
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2") + unlink(PATH ".3"), 0);
+}
+
+/* What was set aside comes back for its own picture, whether another one's stands there now or none. */
+static void test_back_again(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    for (uint64_t i = 0; i < 3; i++) {
+        struct journal *journal = open_as(s, PICTURE + i, &seen);
+        for (uint32_t k = 0; k <= i; k++)
+            append(journal, k);
+        journal_keep(journal);
+    }
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    assert_int_equal(seen.records, 2);
+    assert_string_equal(s->said, PATH ": warning: the journal holds another picture or other "
+                                      "settings, it is now called " PATH ".3\nfarm: " PATH
+                                      ".2 is this picture's, it is called " PATH " again\n");
+    journal_remove(journal);
+    journal = open_as(s, PICTURE, &seen);
+    assert_int_equal(seen.records, 1);
+    journal_keep(journal);
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+    check_resume(s, 1, 0, 2);
+    journal = open_as(s, PICTURE + 2, &seen);
+    assert_int_equal(seen.records, 3);
+    journal_remove(journal);
+    assert_int_equal(access(PATH ".2", F_OK) + access(PATH ".3", F_OK), -2);
+    assert_int_equal(unlink(PATH ".1"), 0);
+}
+
+/* Of several the longest, also in the place of a header alone. */
+static void test_longest_back_again(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    static const char *const apart[] = {"first", "second", "third"};
+    static const char *const names[] = {PATH ".1", PATH ".12", PATH ".7"};
+    for (uint32_t longest = 0; longest < 3; longest++) { /* a folder may name it first or last */
+        for (uint32_t i = 0; i < 3; i++) {
+            write_journal(s, i == longest ? 5 : 2);
+            assert_int_equal(rename(PATH, apart[i]), 0);
+        }
+        write_journal(s, 0);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(rename(apart[i], names[i]), 0);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        assert_int_equal(seen.records, 5);
+        journal_remove(journal);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(unlink(names[i]), i == longest ? -1 : 0);
+    }
+}
+
+/* Neither what another run has open nor what only begins like it. */
+static void test_not_back_again(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 0);
+    assert_int_equal(rename(PATH, PATH ".2"), 0);
+    write_journal(s, 2);
+    assert_int_equal(link(PATH, PATH ".x") + link(PATH, "b" PATH ".1") + rename(PATH, PATH ".1"),
+                     0);
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal *other = journal_open(PATH ".1", PICTURE, &reader);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));
+    journal_keep(other);
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2"), 0);
+    assert_int_equal(unlink(PATH ".x") + unlink("b" PATH ".1"), 0);
+}
+
+/* Another picture's journal without any tile holds nothing that could be lost. */
+static void test_other_picture_without_tiles(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 0);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));
+    append(journal, 0);
+    journal_keep(journal);
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+    journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(seen.records == 1 && !*s->said && !journal_was_empty(journal));
+    journal_remove(journal);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nothing_whole),  cmocka_unit_test(test_other_pictures),
+        cmocka_unit_test(test_back_again),     cmocka_unit_test(test_longest_back_again),
+        cmocka_unit_test(test_not_back_again), cmocka_unit_test(test_other_picture_without_tiles),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

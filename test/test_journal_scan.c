@@ -1,0 +1,281 @@
+/* Damaged journals: all records that are whole and in their place are found, and nothing else. */
+#include <errno.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "common/clock.h"
+#include "test/journal_fixture.h"
+
+/* What is torn goes when the journal is opened: a run that is killed leaves none of it. */
+static void check_cut(struct scratch *s, size_t size)
+{
+    struct seen seen;
+    struct stat status;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_non_null(journal);
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_int_equal(status.st_size, size);
+    journal_remove(journal);
+}
+
+/* Cut anywhere, the whole records before the cut are used. */
+static void test_torn_at_every_byte(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 4, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE + 1];
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t length = 0; length <= SIZE; length++) {
+        scratch_write_bytes(PATH, bytes, length);
+        size_t records = length < HEADER ? 0 : (length - HEADER) / RECORD;
+        size_t damaged = length < HEADER ? 0 : (length - HEADER) % RECORD;
+        if (length % 19 == 0) check_cut(s, HEADER + records * RECORD);
+        if (length % 19 == 0) scratch_write_bytes(PATH, bytes, length);
+        check_resume(s, (uint32_t)records, damaged, RECORDS);
+    }
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+}
+
+/* With any bit turned, all records but that one are used, it is told what is damaged, once, and the
+ * record may be appended again. */
+static void test_every_bit_turned(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 3, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t bit = 0; bit < 8 * SIZE; bit++) {
+        bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
+        struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+        bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
+        uint32_t hit = bit / 8 >= HEADER;
+        assert_true(!seen.wrong && seen.records == RECORDS - hit);
+        assert_true(journal_found(journal).damaged_bytes == hit * RECORD);
+        assert_string_equal(s->said, hit ? PATH ": warning: 104 bytes of the journal are damaged, "
+                                                "what they held is rendered again\n"
+                                         : PATH ": warning: the first bytes of the journal are "
+                                                "damaged, what stands behind them is used\n");
+        if (bit % 19 == 0) append(journal, 3); /* synced at the end, which takes its time */
+        journal_keep(journal);
+        journal = open_as(s, PICTURE, &seen);
+        assert_true(!seen.wrong && seen.records == RECORDS - hit + (bit % 19 == 0) && !*s->said);
+        journal_keep(journal);
+    }
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+}
+
+/* Any stretch of bytes overwritten: all records are used that it does not touch. */
+static void test_stretches(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 6, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE], damaged[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t begin = HEADER; begin < SIZE; begin += 31) {
+        for (size_t end = begin + 1; end <= SIZE; end += 47) {
+            memcpy(damaged, bytes, SIZE);
+            memset(damaged + begin, 0xa5, end - begin);
+            size_t hit = (end - 1 - HEADER) / RECORD - (begin - HEADER) / RECORD + 1;
+            struct journal *journal = open_damaged(s, damaged, SIZE, &seen);
+            assert_true(!seen.wrong && seen.records == RECORDS - hit);
+            assert_true(journal_found(journal).damaged_bytes == hit * RECORD);
+            append(journal, RECORDS);
+            journal_keep(journal);
+            journal = open_as(s, PICTURE, &seen);
+            assert_true(!seen.wrong && seen.records == RECORDS - hit + 1 && !*s->said);
+            journal_keep(journal);
+        }
+    }
+}
+
+/* A block of a disk that cannot be read, which the program's pread() meets here. */
+#define BLOCK 4096
+static off_t unreadable = -BLOCK;
+
+ssize_t pread(int file, void *bytes, size_t count, off_t offset)
+{
+    off_t end = offset + (off_t)count;
+    if (offset < unreadable + BLOCK && end > unreadable) {
+        if (offset >= unreadable) {
+            errno = EIO;
+            return -1;
+        }
+        count = (size_t)(unreadable - offset);
+    }
+    return syscall(SYS_pread64, file, bytes, count, offset);
+}
+
+/* It costs the records in it. */
+static void test_unreadable_block(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 400 };
+    const uint32_t first = (2 * BLOCK - HEADER) / RECORD, last = (3 * BLOCK - 1 - HEADER) / RECORD;
+    struct seen seen;
+    write_journal(s, RECORDS);
+    unreadable = 2 * BLOCK;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    unreadable = -BLOCK;
+    assert_true(!seen.wrong && seen.records == RECORDS - (last - first + 1));
+    assert_true(journal_found(journal).damaged_bytes == (last - first + 1) * RECORD);
+    journal_keep(journal);
+}
+
+/* What stands behind a known gap may be damaged, too. */
+static void test_damage_at_gaps(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 5, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    static const uint32_t order[] = {2, 1, 3, 4, 0};
+    for (uint32_t i = 0; i < RECORDS; i++) {
+        size_t size = read_file(PATH, bytes, SIZE);
+        bytes[HEADER + order[i] * RECORD + RECORD - 1] ^= 1;
+        struct journal *journal = open_damaged(s, bytes, size, &seen);
+        assert_true(!seen.wrong && seen.records == RECORDS - 1 - i);
+        assert_non_null(strstr(s->said, "damaged"));
+        journal_keep(journal);
+    }
+    struct stat status;
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_int_equal(status.st_size, HEADER);
+}
+
+/* Good records at a place that is not theirs: doubled, swapped, from another picture's journal. */
+static void test_displaced_records(void **state)
+{
+    struct scratch *s = *state;
+    enum { SIZE = HEADER + 3 * RECORD };
+    char bytes[SIZE], other[SIZE], displaced[SIZE];
+    struct seen seen;
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    for (uint32_t i = 0; i < 3; i++)
+        append(journal, i);
+    journal_keep(journal);
+    assert_int_equal(read_file(PATH, other, SIZE), SIZE);
+    write_journal(s, 3);
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    const char *from[] = {bytes + HEADER + 2 * RECORD, other + HEADER + RECORD};
+    for (size_t i = 0; i < sizeof from / sizeof *from; i++) {
+        memcpy(displaced, bytes, SIZE);
+        memcpy(displaced + HEADER + RECORD, from[i], RECORD);
+        journal = open_damaged(s, displaced, SIZE, &seen);
+        assert_true(!seen.wrong && seen.records == 2 && seen.next == 3);
+        assert_true(journal_found(journal).damaged_bytes == RECORD);
+        journal_keep(journal);
+    }
+}
+
+/* A journal of three records, the middle one full of what looks like so many beginnings of records with
+ * a quarter of its payload, each so many bytes behind the other; then that one is damaged. Returns how many
+ * records are taken. */
+static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distance)
+{
+    enum { BYTES = 1 << 24 };
+    unlink(PATH);
+    char *payload = calloc(BYTES, 1);
+    assert_non_null(payload);
+    for (size_t at = 0; beginnings-- > 0 && at + 64 <= BYTES; at += distance) {
+        memcpy(payload + at + 8, "TILE", 4);
+        if (distance >= 64) payload[at + 56 + 2] = BYTES >> 18;
+    }
+    struct seen seen;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    struct journal_record record = {
+        .tile = {.w = 1, .h = 1, .step = 1, .pass = 1}, .payload = payload, .bytes = BYTES};
+    assert_true(append(journal, 0) && journal_append(journal, &record) && append(journal, 1));
+    journal_keep(journal);
+    free(payload);
+    FILE *file = fopen(PATH, "r+b");
+    assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
+    fclose(file);
+    seen = (struct seen){.accepted = UINT32_MAX};
+    struct journal_reader reader = {take, &seen, BYTES};
+    message_capture(s->said, sizeof s->said);
+    journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(!seen.wrong && strstr(s->said, "damaged"));
+    journal_remove(journal);
+    return seen.records;
+}
+
+/* What looks like a record and is none does not hide a good one, but neither may it take long. */
+static void test_many_beginnings(void **state)
+{
+    double start = clock_thread_cpu();
+    assert_int_equal(count_around(*state, 4, 4096), 2);
+    assert_int_equal(count_around(*state, SIZE_MAX, 1 << 20), 2);
+    assert_int_equal(count_around(*state, SIZE_MAX, 64), 1);
+    count_around(*state, SIZE_MAX, 4);
+    assert_true(clock_thread_cpu() - start < 10);
+}
+
+/* What the caller cannot use, and what is larger than it may be, ends the journal. */
+static void test_unusable_records(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen = {.accepted = 2};
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    write_journal(s, 4);
+    message_capture(s->said, sizeof s->said);
+    struct journal *journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(journal_found(journal).records == 2);
+    journal_keep(journal);
+    check_resume(s, 2, 0, 4);
+    reader.largest = PAYLOAD - 1;
+    message_capture(s->said, sizeof s->said);
+    journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(journal_found(journal).records == 0);
+    journal_remove(journal);
+}
+
+/* Nothing takes less than no time, or no time that is a number. */
+static void test_impossible_seconds(void **state)
+{
+    struct scratch *s = *state;
+    const double seconds[] = {-1, HUGE_VAL, (double)NAN};
+    for (int i = 0; i < 3; i++) {
+        unsigned char payload[PAYLOAD];
+        struct seen seen;
+        write_journal(s, 1);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        struct journal_record record = make_record(1, payload);
+        record.seconds = seconds[i];
+        assert_true(journal_append(journal, &record));
+        journal_keep(journal);
+        check_resume(s, 1, RECORD, 2);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_torn_at_every_byte), cmocka_unit_test(test_every_bit_turned),
+        cmocka_unit_test(test_stretches),          cmocka_unit_test(test_unreadable_block),
+        cmocka_unit_test(test_damage_at_gaps),     cmocka_unit_test(test_displaced_records),
+        cmocka_unit_test(test_many_beginnings),    cmocka_unit_test(test_unusable_records),
+        cmocka_unit_test(test_impossible_seconds),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}
