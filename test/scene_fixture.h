@@ -44,6 +44,15 @@ static inline struct ray ray_going_on(struct vec3 point, const struct hit *hit,
     return (struct ray){point, direction, INFINITE, hit->primitive, hit->part};
 }
 
+/* Goes on from this hit of the ray, in the same direction. */
+static inline struct ray ray_from(const struct scene *scene, const struct ray *ray,
+                                  const struct hit *hit)
+{
+    struct surface surface;
+    surface_at(scene, ray, hit, &surface);
+    return ray_going_on(surface.point, hit, ray->direction);
+}
+
 static inline void assert_near(double value, double expected, double tolerance)
 {
     if (!(fabs(value - expected) <= tolerance))
