@@ -1,0 +1,21 @@
+/* The view of tests of adaptive sampling. */
+#ifndef FARM_TEST_ADAPTIVE_VIEW_FIXTURE_H
+#define FARM_TEST_ADAPTIVE_VIEW_FIXTURE_H
+
+#include <stdint.h>
+
+#include "common/scene.h"
+
+enum { EDGE = 96, PIXELS = EDGE * EDGE };
+
+static inline struct view view_of(uint32_t min_samples, uint32_t max_samples)
+{
+    return (struct view){.width = EDGE,
+                         .height = EDGE,
+                         .region_w = EDGE,
+                         .region_h = EDGE,
+                         .min_samples = min_samples,
+                         .max_samples = max_samples};
+}
+
+#endif

@@ -1,0 +1,134 @@
+/* What a pass does in a tile: what it asks for of each pixel, and what comes in of them. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "test/adaptive_by_hand_fixture.h"
+
+/* Pixels count when they are in. What is there already stays, and of a tile of pass 0 all is sent. */
+static void test_part_of_a_pass(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 64);
+    struct canvas canvas;
+    uint64_t pixels, samples;
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
+    (void)adaptive_errors(adaptive, &pixels, &samples);
+    assert_true(pixels == 12 * HIGH && samples == 4 * pixels);
+    assert_true(isnan(adaptive_foresee(adaptive, 1, 1.5)));
+    struct tile half_new = columns(8, 8);
+    struct adaptive_work work = adaptive_work(adaptive, &half_new);
+    assert_int_equal(adaptive_pixels(adaptive, &half_new), 8 * HIGH);
+    assert_int_equal(work.samples, 4 * 4 * HIGH);
+    put(adaptive, half_new, (struct sent){100, 1, APART, {1, 1}}, 1);
+    for (uint32_t y = 0; y < HIGH; y++)
+        for (uint32_t x = 8; x < 16; x++)
+            assert_true(canvas.rgb[3 * (y * WIDE + x)] ==
+                        (x < 12 ? 1 : (float)(100 + 8 * y + x - 8)));
+    assert_false(adaptive_is_complete(adaptive));
+    put(adaptive, columns(16, 8), (struct sent){1, 0, APART, {1, 1}}, 1);
+    assert_true(adaptive_is_complete(adaptive));
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Every third pixel of a rectangle, from its second one on: what comes in goes where tile_pixel() says, what is
+ * asked for comes from there. */
+static void test_tile_with_steps(void **state)
+{
+    (void)state;
+    struct tile tile = {.x = 3, .y = 1, .w = 7, .h = 5, .phase = 1, .step = 3}, first = tile;
+    struct refinement refinements[35];
+    const uint32_t steps[] = {3, 7, 9, 16, 40};
+    for (int i = 0; i < 5; i++) {
+        tile.step = steps[i];
+        struct view view = view_of(4, 64);
+        struct canvas canvas;
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        put(adaptive, tile, (struct sent){100, 1, APART, {1, 1}}, 1);
+        unsigned painted = 0;
+        for (uint32_t k = 0; k < tile_pixels(&tile); k++) {
+            uint32_t x, y;
+            tile_pixel(&tile, k, &x, &y);
+            assert_true(canvas.rgb[3 * (y * WIDE + x)] == (float)(100 + k));
+        }
+        for (size_t k = 0; k < ALL; k++)
+            painted += canvas.rgb[3 * k] > 0;
+        assert_int_equal(painted, tile_pixels(&tile));
+        assert_int_equal(adaptive_work(adaptive, &tile).samples, 0);
+        first.step = 1;
+        first.phase = 0;
+        adaptive_refinements(adaptive, &first, refinements);
+        assert_int_equal(refinements_sampled(refinements, 35), 35 - painted);
+        assert_int_equal(adaptive_work(adaptive, &first).samples, 4 * (35 - painted));
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
+/* What is to be done, and what it is good for, until it is in. */
+static void test_work_of_a_pass(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    uint64_t pixels, samples;
+    struct adaptive *adaptive = begin_even(&canvas, 64, 1e-3);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    struct adaptive_work work = adaptive_work(adaptive, &all);
+    assert_int_equal(adaptive_pixels(adaptive, &all), ALL);
+    assert_int_equal(work.samples, MORE * ALL);
+    assert_true(fabs(work.removed / (ALL * EVEN * EVEN * (1 - LEFT)) - 1) < 1e-5);
+    put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
+    assert_true(canvas.rgb[0] == (4 * 0.5f + MORE * 1) / DENSE);
+    (void)adaptive_errors(adaptive, &pixels, &samples);
+    assert_true(pixels == ALL && samples == (DENSE + 4) * ALL / 2);
+    assert_int_equal(adaptive_pixels(adaptive, &all), ALL / 2);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Whoever plans otherwise has another hash: other levels, at other places. */
+static void test_plans_are_told_apart(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct canvas canvases[2];
+    struct adaptive *one, *other;
+    for (int i = 0; i < 2; i++)
+        canvas_init(&canvases[i], WIDE, HIGH);
+    one = adaptive_create(&view, &canvases[0], 0.99 * EVEN);
+    other = adaptive_create(&view, &canvases[1], 1e-3);
+    const struct sent sent = {0.5f, 0, APART, {1, 1}};
+    assert_true(adaptive_plan_hash(one, &all) == adaptive_plan_hash(other, &all));
+    put(one, columns(0, 12), sent, 1);
+    assert_true(adaptive_plan_hash(one, &all) != adaptive_plan_hash(other, &all));
+    put(other, columns(12, 12), sent, 1);
+    assert_true(adaptive_plan_hash(one, &all) != adaptive_plan_hash(other, &all));
+    put(one, columns(12, 12), sent, 1);
+    put(other, columns(0, 12), sent, 1);
+    assert_true(adaptive_plan_hash(one, &all) == adaptive_plan_hash(other, &all));
+    assert_true(adaptive_plan(one, HUGE_VAL) && adaptive_plan(other, HUGE_VAL)); /* 8 samples, 64 */
+    assert_true(adaptive_plan_hash(one, &all) != adaptive_plan_hash(other, &all));
+    for (int i = 0; i < 2; i++)
+        canvas_free(&canvases[i]);
+    adaptive_destroy(one);
+    adaptive_destroy(other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_part_of_a_pass),
+        cmocka_unit_test(test_tile_with_steps),
+        cmocka_unit_test(test_work_of_a_pass),
+        cmocka_unit_test(test_plans_are_told_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
