@@ -1,5 +1,5 @@
 /*
- * A tray: shared memory in which the master and one renderer of its node pass lots and results.
+ * A tray is a mailbox in shared memory, in which the master and one renderer of its node pass lots and results.
  *
  * Each direction has TRAY_SLOTS slots, which are filled in turn and emptied in the same order. Neither side
  * waits for the other: if the next slot is still full, or too small, the data is sent as an MPI message. Most

@@ -43,8 +43,10 @@ uint64_t builder_primitive_count(const struct builder *builder);
 
 /* Number of primitives of one kind. */
 uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind);
-/* Of one kind, by their numbers in the order that they were added in. */
-struct doubles builder_doubles(const struct builder *builder, enum primitive_kind kind);
+
+/* Coincident primitives of one kind that transmit light (master/duplicates.h), by their numbers in the order in which
+ * they were added. */
+struct coincidences builder_coincidences(const struct builder *builder, enum primitive_kind kind);
 
 /*
  * The support function of all primitives but planes, relative to origin: for each of `count` directions the maximum of

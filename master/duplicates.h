@@ -18,15 +18,15 @@ uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct vec3 *vertices, uint64_t vertex_count,
                          const struct material *materials);
 
-/* What lets light through and lies in the very place of an earlier one that does. */
-struct doubles {
+/* Items that transmit light and coincide with an earlier one that does. */
+struct coincidences {
     uint64_t count;
     uint32_t first, earlier; /* index of the first of them, and of the one that it coincides with */
 };
 
 /*
- * Finds doubles. They are not dropped, as each of them is hit and splits the light. A face that looks the other way is
- * no double: it may be the border of another medium that touches the first one's. Parameters and memory as above.
+ * Finds coincident items that transmit light. They are not dropped, as each of them is hit and splits the light. A face
+ * that looks the other way does not count: it may be the border of another medium that touches the first one's. Parameters and memory as above.
  */
 struct coincidences find_coincidences(enum primitive_kind kind, const void *items, uint64_t count,
                                       const struct vec3 *vertices, uint64_t vertex_count,
