@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdbool.h>
-#include <string.h>
 
 #include "master/lattice.h"
 
@@ -11,41 +10,67 @@
 static const int straight[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
 static const int diagonal[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
 
-/* The mean of the neighbours that lie in the picture. The one above or to the left always does, as the pixel in
- * the corner is on every lattice. A coordinate below 0 wraps around to a very large one. */
-static void mean_around(const struct canvas *canvas, uint32_t x, uint32_t y, uint32_t spacing,
-                        const int steps[4][2], float mean[3])
-{
-    float sum[3] = {0, 0, 0}, count = 0;
-    for (int i = 0; i < 4; i++) {
-        uint32_t u = x + spacing * (uint32_t)steps[i][0], v = y + spacing * (uint32_t)steps[i][1];
-        if (u >= canvas->width || v >= canvas->height) continue;
-        const float *near = canvas_at(canvas, u, v);
-        for (int c = 0; c < 3; c++)
-            sum[c] += near[c];
-        count++;
-    }
-    for (int c = 0; c < 3; c++)
-        mean[c] = sum[c] / count;
-}
+/* Where a neighbour of a pixel is. A coordinate below 0 wraps around to a very large one. */
+struct neighbour {
+    uint32_t x, y;
+};
 
-/* The colour of the pixel's block; false: it is not known. */
-static bool take_block(const struct preview *preview, uint32_t x, uint32_t y, float color[3])
-{
-    const float *block = preview_color(preview, x, y);
-    if (block) memcpy(color, block, 3 * sizeof *color);
-    return block;
-}
-
-/* The colour for a pixel of this lattice that does not belong to the next coarser one. Blocks that are no larger
- * than the distance to the nearest pixels of that one tell more than these. */
-static void guess(const struct canvas *canvas, const struct preview *preview, uint32_t lattice,
-                  uint32_t x, uint32_t y, float color[3])
+/* Puts those of the four neighbours that lie in the picture into `found`, and returns their number. The one above or to
+ * the left always does, as the pixel in the corner is on every lattice. */
+static int neighbours_of(const struct canvas *canvas, uint32_t lattice, uint32_t x, uint32_t y,
+                         struct neighbour found[4])
 {
     uint32_t spacing = lattice_rows(lattice);
-    bool has_blocks = preview->edge > 0 && preview->edge <= spacing;
-    if (!has_blocks || !take_block(preview, x, y, color))
-        mean_around(canvas, x, y, spacing, lattice % 2 ? diagonal : straight, color);
+    const int(*steps)[2] = lattice % 2 ? diagonal : straight;
+    int count = 0;
+    for (int i = 0; i < 4; i++) {
+        uint32_t u = x + spacing * (uint32_t)steps[i][0], v = y + spacing * (uint32_t)steps[i][1];
+        if (u < canvas->width && v < canvas->height) found[count++] = (struct neighbour){u, v};
+    }
+    return count;
+}
+
+static void mean_of(const struct canvas *canvas, const struct neighbour *around, int count,
+                    float mean[3])
+{
+    float sum[3] = {0, 0, 0};
+    for (int i = 0; i < count; i++) {
+        const float *near = canvas_at(canvas, around[i].x, around[i].y);
+        for (int c = 0; c < 3; c++)
+            sum[c] += near[c];
+    }
+    for (int c = 0; c < 3; c++)
+        mean[c] = sum[c] / (float)count;
+}
+
+static int count_known(const struct canvas *canvas, const uint8_t *known,
+                       const struct neighbour *around, int count)
+{
+    int sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += known[(size_t)around[i].y * canvas->width + around[i].x] > 0;
+    return sum;
+}
+
+/* Whether blocks of this edge tell more of a pixel than its neighbours at this distance: they are no larger than
+ * that; or their middles are no farther away, and most of the neighbours are guessed themselves. */
+static bool blocks_tell_more(uint32_t edge, uint32_t spacing, int neighbours, int known)
+{
+    if (edge == 0 || edge > 2 * spacing) return false;
+    return edge <= spacing || 2 * known < neighbours;
+}
+
+/* The colour for a pixel of this lattice that does not belong to the next coarser one. */
+static void guess(const struct canvas *canvas, const uint8_t *known, const struct preview *preview,
+                  uint32_t lattice, uint32_t x, uint32_t y, float color[3])
+{
+    struct neighbour around[4];
+    int count = neighbours_of(canvas, lattice, x, y, around);
+    int there = count_known(canvas, known, around, count);
+    if (blocks_tell_more(preview->edge, lattice_rows(lattice), count, there))
+        (void)preview_between(preview, x, y, color);
+    else
+        mean_of(canvas, around, count, color);
 }
 
 static void fill_lattice(struct canvas *canvas, const uint8_t *known, const struct preview *preview,
@@ -55,7 +80,7 @@ static void fill_lattice(struct canvas *canvas, const uint8_t *known, const stru
     for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x])
-                guess(canvas, preview, lattice, x, y, canvas_at(canvas, x, y));
+                guess(canvas, known, preview, lattice, x, y, canvas_at(canvas, x, y));
 }
 
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview)
@@ -64,7 +89,7 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
     for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
         for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
             if (!known[(size_t)y * canvas->width + x])
-                (void)take_block(preview, x, y, canvas_at(canvas, x, y));
+                (void)preview_between(preview, x, y, canvas_at(canvas, x, y));
     for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0;)
         fill_lattice(canvas, known, preview, lattice);
 }
@@ -114,7 +139,7 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step) {
             float color[3];
             if (is_accompanied(canvas, known, x, y)) continue;
-            guess(canvas, preview, lattice, x, y, color);
+            guess(canvas, known, preview, lattice, x, y, color);
             sum += squared_miss(color, canvas_at(canvas, x, y));
             count++;
         }

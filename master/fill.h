@@ -9,10 +9,10 @@
 
 /*
  * Fills all unknown pixels. known: one per pixel of the canvas, rows from the top; 0: not rendered. An unknown
- * pixel of the coarsest lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it
- * is if the preview is empty. From there on, lattice by lattice, each unknown pixel gets the mean of its nearest
- * neighbours in the coarser lattice, four or at the borders fewer; or the colour of its block where blocks are
- * as small as that. If all pixels are known nothing changes.
+ * pixel of the coarsest lattice (master/lattice.h) gets the colour that the preview has there (preview_between()), or
+ * stays as it is if the preview is empty. From there on, lattice by lattice, each unknown pixel gets the mean of its
+ * nearest neighbours in the coarser lattice, four or at the borders fewer; or the colour of the preview where its
+ * blocks are as small as that. If all pixels are known nothing changes.
  */
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview);
 

@@ -73,3 +73,35 @@ const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y
     const float *color = block_of(preview, x, y);
     return isnan(color[0]) ? NULL : color;
 }
+
+/* The two blocks along an axis between whose middles a pixel lies, the same one twice beyond the outermost, and
+ * the weight of the second. */
+struct between {
+    uint32_t first, second;
+    float weight;
+};
+
+static struct between between_of(uint32_t pixel, uint32_t edge, uint32_t blocks)
+{
+    uint32_t middle = edge / 2;
+    if (pixel < middle) return (struct between){0, 0, 0};
+    uint32_t block = (pixel - middle) / edge;
+    if (block + 1 >= blocks) return (struct between){blocks - 1, blocks - 1, 0};
+    return (struct between){block, block + 1, (float)((pixel - middle) % edge) / (float)edge};
+}
+
+bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3])
+{
+    if (preview->edge == 0) return false;
+    struct between across = between_of(x, preview->edge, preview->columns);
+    struct between down = between_of(y, preview->edge, preview->rows);
+    const float *above = preview->rgb + 3 * (size_t)down.first * preview->columns;
+    const float *below = preview->rgb + 3 * (size_t)down.second * preview->columns;
+    uint32_t left = 3 * across.first, right = 3 * across.second;
+    for (uint32_t c = 0; c < 3; c++) {
+        float high = above[left + c] + across.weight * (above[right + c] - above[left + c]);
+        float low = below[left + c] + across.weight * (below[right + c] - below[left + c]);
+        color[c] = high + down.weight * (low - high);
+    }
+    return true;
+}

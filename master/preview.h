@@ -3,6 +3,8 @@
 #ifndef FARM_MASTER_PREVIEW_H
 #define FARM_MASTER_PREVIEW_H
 
+#include <stdbool.h>
+
 #include "common/tile.h"
 
 /* A preview that is all zero is empty. */
@@ -24,5 +26,9 @@ void preview_complete(struct preview *preview);
 /* The colour of the block that contains this pixel; NULL: it is unknown. Valid until something is put in or
  * completed. */
 const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y);
+
+/* The colour at this pixel of a complete preview: each block's is that of the probe in its middle, between them it is
+ * interpolated bilinearly, and constant beyond the outermost ones. false: the preview is empty. */
+bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3]);
 
 #endif

@@ -74,6 +74,8 @@ static void test_walk_between(void **state)
 
 /* ---- filling ---- */
 
+enum { SLOPE = 131 };
+
 /* Where nothing has been put in: no block is known. */
 static void fill_alone(struct canvas *canvas, const uint8_t *known)
 {
@@ -167,7 +169,7 @@ static void test_known_stays(void **state)
     }
 }
 
-/* Of blocks as small as the gaps the picture shows as much as of lattices. */
+/* Of blocks as small as the gaps the picture shows as much as of lattices: the probes in their middles. */
 static void test_small_blocks(void **state)
 {
     (void)state;
@@ -176,7 +178,8 @@ static void test_small_blocks(void **state)
     uint8_t known[64 * 64] = {0};
     canvas_init(&canvas, 64, 64);
     for (uint32_t row = 0; row < 16; row++) {
-        const struct tile probe = {.y = 4 * row, .w = 64, .h = 1, .step = 4, .pass = TILE_PROBE};
+        const struct tile probe = {
+            .y = 4 * row + 2, .w = 64, .h = 1, .phase = 2, .step = 4, .pass = TILE_PROBE};
         float rgb[3 * 16];
         for (uint32_t i = 0; i < 16; i++)
             rgb[3 * i] = rgb[3 * i + 1] = rgb[3 * i + 2] = (float)((row + i) % 2);
@@ -185,12 +188,50 @@ static void test_small_blocks(void **state)
     for (uint32_t i = 0; i < 64 * 64; i++)
         known[i] = lattice_of(i % 64, i / 64) == LATTICE_COARSEST;
     fill_unknown(&canvas, known, &preview);
-    for (uint32_t y = 0; y < 64; y += 4)
-        for (uint32_t x = 0; x < 64; x += 4)
-            assert_true(known[64 * y + x] ||
-                        color_at(&canvas, x, y)[0] == (float)((x / 4 + y / 4) % 2));
+    for (uint32_t y = 2; y < 64; y += 4)
+        for (uint32_t x = 2; x < 64; x += 4)
+            assert_true(color_at(&canvas, x, y)[0] == (float)((x / 4 + y / 4) % 2));
     preview_free(&preview);
     canvas_free(&canvas);
+}
+
+/* Probes of a slope, in the middles of blocks as cost_probe() has them. */
+static void put_slope(struct preview *preview, uint32_t edge)
+{
+    for (uint32_t top = 0; top + edge / 2 < SLOPE; top += edge)
+        for (uint32_t left = 0; left + edge / 2 < SLOPE; left += edge) {
+            uint32_t x = left + edge / 2, y = top + edge / 2;
+            const struct tile probe = {.x = left,
+                                       .y = y,
+                                       .w = SLOPE - left < edge ? SLOPE - left : edge,
+                                       .h = 1,
+                                       .phase = edge / 2,
+                                       .step = edge,
+                                       .pass = TILE_PROBE};
+            const float value = (float)(x + 2 * y), rgb[3] = {value, value, value};
+            preview_put(preview, SLOPE, SLOPE, &probe, rgb);
+        }
+}
+
+/* What only probes have been taken of is where it belongs, however large their blocks are: a slope is what it
+ * was, but at the borders. */
+static void test_preview_is_in_place(void **state)
+{
+    (void)state;
+    for (uint32_t edge = 4; edge <= 22; edge += 2) {
+        struct canvas canvas;
+        struct preview preview = {0};
+        uint8_t known[SLOPE * SLOPE] = {0};
+        uint32_t border = 2 * LATTICE_SPACING + edge;
+        canvas_init(&canvas, SLOPE, SLOPE);
+        put_slope(&preview, edge);
+        fill_unknown(&canvas, known, &preview);
+        for (uint32_t y = border; y + border < SLOPE; y++)
+            for (uint32_t x = border; x + border < SLOPE; x++)
+                assert_true(fabsf(color_at(&canvas, x, y)[1] - (float)(x + 2 * y)) < 1e-3F);
+        preview_free(&preview);
+        canvas_free(&canvas);
+    }
 }
 
 /* ---- what that is off by ---- */
@@ -287,6 +328,7 @@ int main(void)
         cmocka_unit_test(test_all_sizes),
         cmocka_unit_test(test_known_stays),
         cmocka_unit_test(test_small_blocks),
+        cmocka_unit_test(test_preview_is_in_place),
         cmocka_unit_test(test_error_by_finest),
         cmocka_unit_test(test_error_not_known),
         cmocka_unit_test(test_error_of_all_sizes),

@@ -1,4 +1,5 @@
 /* What the pre-pass shows of the picture. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -64,6 +65,27 @@ static void test_completed_before_all_are_back(void **state)
     preview_free(&preview);
 }
 
+/* Between the middles of four blocks the colour changes evenly, beyond the outermost ones no more. */
+static void test_between_middles(void **state)
+{
+    (void)state;
+    struct preview preview = {0};
+    const float upper[] = {0, 0, 0, 1, 1, 1}, lower[] = {2, 2, 2, 3, 3, 3};
+    struct tile a = probe(0, 2, 0), b = probe(0, 2, 1);
+    preview_put(&preview, 2 * EDGE, 2 * EDGE, &a, upper);
+    float color[3];
+    preview_put(&preview, 2 * EDGE, 2 * EDGE, &b, lower);
+    for (uint32_t y = 0; y < 2 * EDGE; y++)
+        for (uint32_t x = 0; x < 2 * EDGE; x++) {
+            float u = fminf(fmaxf((float)x - 5, 0), EDGE) / EDGE;
+            float v = fminf(fmaxf((float)y - 5, 0), EDGE) / EDGE;
+            assert_true(preview_between(&preview, x, y, color));
+            for (int c = 0; c < 3; c++)
+                assert_true(fabsf(color[c] - (u + 2 * v)) < 1e-6F);
+        }
+    preview_free(&preview);
+}
+
 /* Without any probe no colour is known. */
 static void test_nothing_known(void **state)
 {
@@ -71,6 +93,8 @@ static void test_nothing_known(void **state)
     struct preview preview = {0};
     preview_complete(&preview);
     assert_null(preview_color(&preview, 40, 29));
+    float color[3];
+    assert_false(preview_between(&preview, 40, 29, color));
     preview_free(&preview);
 }
 
@@ -79,6 +103,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest_block),
         cmocka_unit_test(test_completed_before_all_are_back),
+        cmocka_unit_test(test_between_middles),
         cmocka_unit_test(test_nothing_known),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
