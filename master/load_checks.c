@@ -198,11 +198,31 @@ static void warn_of_large_target(const struct loader *loader)
                  target);
 }
 
-/* An adaptive pixel's halves are of equal size. */
+/* An adaptive pixel's halves are of equal size. What is wrong here is so where it is not used, too. */
+static bool limits_good(const struct loader *loader, const char *config)
+{
+    uint32_t min = loader->settings->sampling.min_samples;
+    uint32_t max = loader->settings->sampling.max_samples;
+    if (min % 2)
+        return refuse_setting(loader, config, "sampling", "min_samples",
+                              "min_samples is odd, expected an even number");
+    if (max % 2)
+        return refuse_setting(loader, config, "sampling", "max_samples",
+                              "max_samples is odd, expected an even number");
+    if (max > min) return true;
+    if (setting_is_set(loader, "sampling", "max_samples"))
+        return refuse_setting(loader, config, "sampling", "max_samples",
+                              "max_samples is not above min_samples, expected more");
+    return refuse_setting(loader, config, "sampling", "min_samples",
+                          "min_samples is not below max_samples, 4096 unless it is set, expected "
+                          "fewer");
+}
+
 static bool sampling_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     if (!settings_adaptive(s)) {
+        if (!limits_good(loader, config)) return false;
         warn_of_idle_limits(loader);
         return true;
     }
@@ -212,16 +232,7 @@ static bool sampling_good(const struct loader *loader, const char *config)
                               "min_samples and max_samples, or samples alone (target_error = 0 and "
                               "time_limit = 0)");
     warn_of_large_target(loader);
-    uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
-    if (min % 2)
-        return refuse_setting(loader, config, "sampling", "min_samples",
-                              "min_samples is odd, expected an even number");
-    if (max % 2)
-        return refuse_setting(loader, config, "sampling", "max_samples",
-                              "max_samples is odd, expected an even number");
-    if (max <= min)
-        return refuse_setting(loader, config, "sampling", "max_samples",
-                              "max_samples is not above min_samples, expected more");
+    if (!limits_good(loader, config)) return false;
     if (s->farm.schedule != SCHEDULE_DYNAMIC)
         return refuse_setting(loader, config, "farm", "schedule",
                               "target_error and time_limit need schedule = dynamic");

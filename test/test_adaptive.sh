@@ -222,6 +222,11 @@ check "odd min_samples" refused "min_samples is odd" sampling.target_error=0.1 s
 check "odd max_samples" refused "max_samples is odd" sampling.target_error=0.1 sampling.max_samples=15
 check "no room between them" refused "max_samples is not above" sampling.time_limit=1 \
     sampling.min_samples=16 sampling.max_samples=16
+check "no room below what is not set" refused "sampling.min_samples=4096: min_samples is not below" \
+    sampling.time_limit=1 sampling.min_samples=4096
+check "odd min_samples that is not used" refused "sampling.min_samples=3: min_samples is odd" sampling.min_samples=3
+check "odd max_samples that is not used" refused "max_samples is odd" sampling.samples=4 sampling.max_samples=15
+check "no room, not used" refused "max_samples is not above" sampling.min_samples=16 sampling.max_samples=8
 check "fixed shares" refused "need schedule = dynamic" sampling.time_limit=1 farm.schedule=strips
 check "no reference" refused "cannot be opened" sampling.reference=none.pfm
 check "a reference of another size" refused "expected a colour PFM" sampling.reference=many.pfm \
