@@ -238,7 +238,7 @@ int run_conclude(struct run *run, const struct service *service)
 static char *reason(bool deserted)
 {
     if (deserted) return copy_text("given up, as no renderer answers any more,");
-    return format_text("stopped by %s", strsignal(*stop_signal()));
+    return format_text("stopped by %s", signal_name(*stop_signal()));
 }
 
 /* Prints a note if an old report exists: this run writes none, and the picture beside it has changed. */
@@ -253,14 +253,13 @@ static void note_old_report(const char *report)
 int end_early(struct run *run, bool deserted)
 {
     const char *image = run->job.settings.output.image;
-    double pixels = (double)canvas_pixels(&run->canvas);
+    uint64_t rendered = canvas_pixels(&run->canvas) - pixels_left(run);
     char *why = reason(deserted);
     if (run->adaptive)
         user_error(NULL, 0, "%s in pass %u of adaptive sampling", why,
                    adaptive_passes(run->adaptive));
     else
-        user_error(NULL, 0, "%s at %.1f %% of the pixels", why,
-                   100 - 100 * (double)pixels_left(run) / pixels);
+        user_error(NULL, 0, "%s at %.1f %% of the pixels", why, per_cent(run, rendered));
     free(why);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas, run->crew))

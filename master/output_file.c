@@ -18,7 +18,7 @@ bool output_refused(const char *path, const char *key, int error)
     bool full = error == ENOSPC || error == EDQUOT;
     if (error == EINTR && *stop_signal()) { /* open_pipe() */
         user_error(path, 0, "stopped by %s while waiting for somebody who reads from this pipe",
-                   strsignal(*stop_signal()));
+                   signal_name(*stop_signal()));
         return false;
     }
     user_error(path, 0, "cannot write: %s, %schoose another place with %s=FILE", strerror(error),

@@ -108,6 +108,12 @@ const volatile sig_atomic_t *stop_signal(void)
     return &noted;
 }
 
+const char *signal_name(int number)
+{
+    if (number == SIGINT) return "Ctrl-C (SIGINT)";
+    return number == SIGTERM ? "SIGTERM" : "SIGUSR1";
+}
+
 /* Writes a line of text without stdio, which a signal may have interrupted. */
 static void say(int out, const char *text, unsigned number, const char *rest)
 {

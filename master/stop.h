@@ -27,6 +27,9 @@ void stop_ignore_file_limit(void);
 void stop_is_served(void);
 const volatile sig_atomic_t *stop_signal(void);
 
+/* What one of the signals that end a run is called in messages: by its key, too, where it has one. */
+const char *signal_name(int number);
+
 /* Names a file that is of no use yet, an empty journal. It is removed if the job ends before stop_is_served(),
  * by a signal or because not all ranks came to the start. path: the caller's, valid as long as the program runs. */
 void stop_removes(const char *path);

@@ -69,7 +69,7 @@ for n in 0 3; do
         interrupted() {
             echo >old.json
             stopped $signal output.report=old.json && [ $status -eq 75 ] && [ -s everything.png ] &&
-                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.* '\{0,1\}$SCENE" e &&
+                [ -s everything.journal ] && grep -q "stopped by .*SIG$signal.* of the pixels" e && grep -q "to go on: .*farm.* '\{0,1\}$SCENE" e &&
                 grep -q '^farm: old.json is of an earlier run' e || return 1
             rm old.json everything.png everything.journal
         }

@@ -33,6 +33,15 @@ static int end_after(int first, int second, useconds_t pause)
 
 static const int kinds[] = {SIGINT, SIGTERM, SIGUSR1};
 
+/* As somebody knows them who sends them. */
+static void test_names(void **state)
+{
+    (void)state;
+    assert_string_equal(signal_name(SIGINT), "Ctrl-C (SIGINT)");
+    assert_string_equal(signal_name(SIGTERM), "SIGTERM");
+    assert_string_equal(signal_name(SIGUSR1), "SIGUSR1");
+}
+
 static void test_second_ends(void **state)
 {
     (void)state;
@@ -91,9 +100,8 @@ static void test_too_late(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_second_ends),
-        cmocka_unit_test(test_same_twice),
-        cmocka_unit_test(test_goes_on),
+        cmocka_unit_test(test_names),      cmocka_unit_test(test_second_ends),
+        cmocka_unit_test(test_same_twice), cmocka_unit_test(test_goes_on),
         cmocka_unit_test(test_too_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
