@@ -43,8 +43,9 @@ static bool size_good(const struct loader *loader, const char *config)
         text = format_text("the picture has %llu pixels, expected width x height <= 2^28",
                            (unsigned long long)pixels);
     else if (!memory_holds(bytes))
-        text = format_text("the picture takes %llu bytes, expected at most the %zu of memory",
-                           (unsigned long long)bytes, memory_limit());
+        text = format_text("the picture takes %.1f MB of memory, expected at most the %.1f MB that "
+                           "this process may have",
+                           1e-6 * (double)bytes, 1e-6 * (double)memory_limit());
     if (!text) return true;
     refuse_setting(loader, config, "image",
                    setting_is_set(loader, "image", "width") ? "width" : "height", text);

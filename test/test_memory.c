@@ -54,11 +54,15 @@ static void test_refused(void **state)
     bool scene = scratch_load(s, "big.nff", NULL, &job);
     char *said = copy_text(s->said);
     bool picture = scratch_load(s, "big.ini", NULL, &job);
+    char *large = copy_text(s->said);
     bool part = scratch_load(s, "big.ini", "image.region=0 0 100 100", &job);
     setrlimit(RLIMIT_AS, &old);
     assert_false(scene || picture);
     assert_string_equal(said, "big.nff: has 2147483648 bytes, expected at most 1073741824\n");
+    assert_string_equal(large, "big.ini:2: the picture takes 3221.2 MB of memory, expected at most "
+                               "the 1073.7 MB that this process may have\n");
     free(said);
+    free(large);
     scratch_refused(s, "big.nff", NULL, "big.nff:2: a NUL byte, expected plain text");
     assert_true(part);
     job_free(&job);
