@@ -47,7 +47,8 @@ static bool parse_flag(const char *argument, struct options *options)
     user_error(NULL, 0, "unknown option '%s', expected %s%s", argument,
                has_scene_extension(argument) ? "./ in front of a file's name: ./"
                : processes                   ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
-                           : "one of --help --version --check --print-config --allow-outside",
+                           : "one of -h --help --version --check --print-config --allow-outside, "
+                             "or -- before a name that begins with -",
                has_scene_extension(argument) ? argument : "");
     return false;
 }

@@ -104,7 +104,7 @@ removed() { # the folder that a run is started in
 check "the true reason where the current folder has been removed" removed
 for n in 0 2; do
     check "no arguments, -n $n" wrong $n 'no scene given'
-    check "unknown option, -n $n" wrong $n "unknown option '--frobnicate'" --frobnicate everything.ini
+    check "unknown option, -n $n" wrong $n "unknown option '--frobnicate', expected one of -h .*, or -- " --frobnicate everything.ini
     check "the number of processes, -n $n" wrong $n 'expected mpiexec in front of it' -n 4 everything.ini
     check "two scenes, -n $n" wrong $n 'second scene' everything.ini everything.ini
     check "missing file, -n $n" wrong $n '^nothing\.ini: ' nothing.ini
