@@ -173,7 +173,8 @@ static bool judge_limit(const struct run *run, const struct service *service)
         user_warning(
             NULL, 0,
             "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: what "
-            "stands there is guessed from those around, or black%s",
+            "stands there is guessed from those around, far from them from the pre-pass, or black "
+            "where that has nothing%s",
             limit, (unsigned long long)unsampled, (unsigned long long)pixels, advice(&run->report));
     return true;
 }
