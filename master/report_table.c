@@ -193,7 +193,7 @@ static void put_unestimated(struct table *table, const struct report *report)
         flow(table, "sampling error: RMSE %s against the reference",
              error_figure(report->truth.rmse).text);
     else if (report->max_samples == 1)
-        flow(table, "sampling error: unknown with one sample a pixel");
+        flow(table, "sampling error: unknown with one sample per pixel");
     end_flow(table);
 }
 
@@ -202,7 +202,8 @@ static void put_guessed(struct table *table, const struct report *report, double
 {
     if (report->unsampled == 0) return;
     if (isnan(report->guessed_rmse)) {
-        flow(table, "that of what is guessed is not known");
+        flow(table, "the error of the guessed ones");
+        flow_on(table, "is not known");
         return;
     }
     double squared =
@@ -213,6 +214,17 @@ static void put_guessed(struct table *table, const struct report *report, double
 
 /* So many times what was estimated a picture is hardly wrong by: it is rather the reference that is of another view. */
 #define UNLIKELY_ERROR 10
+
+/* Of the pixels: those that the error is told of, unless it is all. */
+static void put_share(struct table *table, double share)
+{
+    if (share >= 1) return;
+    if (share < 0.01)
+        flow_on(table, "of the %.2g %% of the pixels", 100 * share);
+    else /* never rounded to all */
+        flow_on(table, "of the %.1f %% of the pixels", floor(1000 * share) / 10);
+    flow_on(table, "that have samples,");
+}
 
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
@@ -227,10 +239,7 @@ static void put_error(struct table *table, const struct report *report)
     flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
     flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
             error_figure(last->estimate.high).text);
-    if (last->share < 0.01)
-        flow_on(table, "of the %.2g %% that has samples", 100 * last->share);
-    else if (last->share < 1) /* never rounded to all */
-        flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
+    put_share(table, last->share);
     flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
     if (before > 0) {
         bool shared = report->resumed.cpu_s > before;
