@@ -1,5 +1,6 @@
 /* Measures the costs of tiles and shares, with the real renderer in this process. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "bench/balance_costs.h"
@@ -164,16 +165,22 @@ static void measure_shares(const struct cost_target *target, struct rounds *roun
     }
 }
 
-static void measure_levels(const struct cost_target *target, struct rounds *rounds)
+/* Says what it is at on stderr, as it may take minutes. */
+static void measure_levels(const struct cost_target *target, struct rounds *rounds,
+                           const char *config)
 {
     struct tile_costs *map = target->map;
     for (unsigned level = 0; level < COST_LEVELS; level++)
         rounds->all[level] = allocate(level_tiles(map, level) * rounds->count, sizeof(float));
-    for (; rounds->round < rounds->count; rounds->round++)
+    for (; rounds->round < rounds->count; rounds->round++) {
+        fprintf(stderr, "measuring the costs of %s, %u x %u, %u sample%s: round %u of %u\n", config,
+                map->width, map->height, map->samples, map->samples == 1 ? "" : "s",
+                rounds->round + 1, rounds->count);
         for (size_t block = 0; block < level_tiles(map, COST_LEVELS - 1); block++) {
             measure_block(target, rounds, block);
             measure_shares(target, rounds, block);
         }
+    }
     for (unsigned level = 0; level < COST_LEVELS; level++) {
         map->levels[level] = allocate(level_tiles(map, level), sizeof(float));
         keep_medians(map->levels[level], rounds->all[level], level_tiles(map, level),
@@ -211,7 +218,7 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
     open_stage(&stage, config, width, height, samples);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
     float *rgb = allocate(3 * (size_t)width * height, sizeof *rgb);
-    measure_levels(&(struct cost_target){map, stage.renderer, rgb}, &all);
+    measure_levels(&(struct cost_target){map, stage.renderer, rgb}, &all, config);
     free(rgb);
     close_stage(&stage);
     costs_derive(map);

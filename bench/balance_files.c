@@ -78,8 +78,6 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
     snprintf(kept->path, sizeof kept->path, "%s", path);
     if (!is_newer(path, PROGRAM) || !is_newer(path, scene->config) || !is_newer_than_meshes(path) ||
         !costs_read(&kept->map, path)) {
-        fprintf(stderr, "measuring the costs of %s, %u x %u, %u samples\n", scene->name, width,
-                height, samples);
         costs_measure(&kept->map, scene->config, width, height, samples, bench_rounds, APART_ALL);
         costs_save(&kept->map, path);
     }

@@ -75,8 +75,11 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
 static void measure_values(double values[MESSAGE_VALUES])
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
-    for (unsigned round = 0; round < MESSAGE_RUNS; round++)
+    for (unsigned round = 0; round < MESSAGE_RUNS; round++) {
+        fprintf(stderr, "measuring messages between two ranks: run %u of %u\n", round + 1,
+                MESSAGE_RUNS);
         run_messages(samples, round);
+    }
     for (size_t i = 0; i < TILE_VALUE; i++)
         values[i] = median_of(samples[i], MESSAGE_RUNS);
     values[TILE_VALUE] = 0;
@@ -85,8 +88,11 @@ static void measure_values(double values[MESSAGE_VALUES])
 static double measure_tiles(void)
 {
     double samples[MESSAGE_RUNS];
-    for (unsigned round = 0; round < MESSAGE_RUNS; round++)
+    for (unsigned round = 0; round < MESSAGE_RUNS; round++) {
+        fprintf(stderr, "measuring what a tile takes beside rendering it, by %s: run %u of %u\n",
+                bench_scenes[0].config, round + 1, MESSAGE_RUNS);
         samples[round] = measure_tile();
+    }
     return median_of(samples, MESSAGE_RUNS);
 }
 
