@@ -1,4 +1,4 @@
-/* The parts of the table at the end of a run; for all others there is report.h. */
+/* Shared by the files that print the table at the end of a run; report.h is the interface to it. */
 #ifndef FARM_MASTER_REPORT_PARTS_H
 #define FARM_MASTER_REPORT_PARTS_H
 
@@ -10,21 +10,21 @@
 struct table {
     FILE *out;
     int columns;
-    int used; /* columns of the current line, of text that flows */
+    int used; /* columns of the current line that text has filled so far */
 };
 
-/* 0 of nothing. */
+/* part / whole; 0 if whole is 0. */
 static inline double share_of(double part, double whole)
 {
     return whole > 0 ? fmax(part, 0) / whole : 0;
 }
 
-/* What all renderers did together, in seconds. */
+/* Sums over all renderers, in seconds. */
 struct work {
-    double busy, cpu;
-    double probe, intersect, shade; /* wall time of tiles: parts of busy */
+    double busy, cpu;               /* wall and CPU time of rendering */
+    double probe, intersect, shade; /* wall time: parts of busy */
     double wait;
-    bool shared; /* cores were */
+    bool shared; /* whether renderers shared cores */
 };
 
 /* ---- where the time went, with bars: report_times.c ---- */

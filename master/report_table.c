@@ -1,4 +1,7 @@
-/* The table at the end of a run, in lines of flowing text; its figures with bars: report_times.c. */
+/*
+ * Prints the table at the end of a run (report_table() of report.h). This file prints its lines of text, which are
+ * broken at the width of the terminal; report_times.c prints its figures with bars.
+ */
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -10,13 +13,13 @@
 
 enum {
     COLUMNS_UNKNOWN = 80,
-    COLUMNS_MIN = 40, /* the narrowest that the columns of figures need */
+    COLUMNS_MIN = 40, /* the least width that the columns of figures need */
     COLUMNS_MAX = 100,
 };
 
 #define INDENT 2
 
-/* A piece of flowing text: on the current line if it fits there, else on a new one, which is indented. */
+/* Prints a piece of text after `join` on the current line if it fits there, else on a new, indented line. */
 static void put_piece(struct table *table, const char *join, const char *format, va_list arguments)
 {
     char piece[256];
@@ -28,7 +31,7 @@ static void put_piece(struct table *table, const char *join, const char *format,
     table->used += fprintf(table->out, "%s%s", table->used ? join : "", piece);
 }
 
-/* An item of a list. */
+/* Prints the next item of a list, after a comma. */
 static void flow(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow(struct table *table, const char *format, ...)
@@ -39,7 +42,7 @@ static void flow(struct table *table, const char *format, ...)
     va_end(arguments);
 }
 
-/* More of the last one. */
+/* Prints a continuation of the last item, after a space. */
 static void flow_on(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow_on(struct table *table, const char *format, ...)
@@ -84,7 +87,7 @@ static void put_rays(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* Whole, however long it is: a path that is cut cannot be used. */
+/* The path is never cut, however long it is: the user could not copy it. */
 void report_path(FILE *out, const char *label, const char *path)
 {
     char *name = printable_text(path);
@@ -92,7 +95,7 @@ void report_path(FILE *out, const char *label, const char *path)
     free(name);
 }
 
-/* What speed-up more renderers than cores can have at most. */
+/* If there are more renderers than cores: how much faster than one renderer they can be at most. */
 static void put_cores(struct table *table, const struct report *report)
 {
     uint32_t most = report->processors;
@@ -100,7 +103,7 @@ static void put_cores(struct table *table, const struct report *report)
     flow(table, "%d renderers", report->renderer_count);
     if (report->cores == most)
         flow_on(table, "on %u core%s:", most, most == 1 ? "" : "s");
-    else /* cores of one machine are none for those of another */
+    else /* the idle cores of one machine are of no use to the renderers of another */
         flow(table, "%u on a core at a time:", most);
     if (most == 1)
         flow_on(table, "no faster than one");
@@ -121,7 +124,7 @@ static void put_shared_cores(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* Three digits, and from 1000 on whole seconds, as long as figures of digits are short. */
+/* Three significant digits; whole seconds from 1000 s on; an exponent from 1e9 s on. */
 static struct figure rough_seconds(double seconds)
 {
     struct figure figure;
@@ -130,7 +133,7 @@ static struct figure rough_seconds(double seconds)
     return figure;
 }
 
-/* Of an error: two digits, 0.00005, not 5e-05. */
+/* An error with two significant digits and without an exponent: 0.00005, not 5e-05. */
 static struct figure error_figure(double error)
 {
     struct figure figure;
@@ -146,7 +149,7 @@ static struct figure error_figure(double error)
     return figure;
 }
 
-/* The same of what is an error at most: not less than that. */
+/* An upper bound of an error in the same format, rounded up so that the figure is a bound, too. */
 static struct figure bound_figure(double bound)
 {
     struct figure figure = error_figure(bound);
@@ -160,7 +163,8 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
     end_flow(table);
 }
 
-/* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
+/* "0.001 would take about 41 s (36 to 50), with 256 samples, ...". elapsed_s: seconds of this run, and of the earlier
+ * run that it goes on with. The times printed are those of one run that renders everything itself. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
@@ -186,7 +190,8 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
-/* Where nothing tells the error but a reference, as one sample of each pixel does not. */
+/* The line on the sampling error where none can be estimated, as with one sample per pixel: the error against the
+ * reference, if there is one. */
 static void put_unestimated(struct table *table, const struct report *report)
 {
     if (report->has_reference)
@@ -197,7 +202,8 @@ static void put_unestimated(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Of the whole picture, of which so large a share has samples and this RMSE. */
+/* The RMSE of the whole picture, where `share` of its pixels have samples and an RMSE of `rmse`, and the colours of the
+ * others are guessed. */
 static void put_guessed(struct table *table, const struct report *report, double share, double rmse)
 {
     if (report->unsampled == 0) return;
@@ -212,7 +218,8 @@ static void put_guessed(struct table *table, const struct report *report, double
          error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
 }
 
-/* So many times what was estimated a picture is hardly wrong by: it is rather the reference that is of another view. */
+/* An error this many times larger than the upper end of its estimate is unlikely: rather, the reference shows another
+ * view. */
 #define UNLIKELY_ERROR 10
 
 /* Of the pixels: those that the error is told of, unless it is all. */
@@ -249,7 +256,7 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
-    else if (report->has_reference) /* a row knows it where all pixels have samples */
+    else if (report->has_reference) /* rows hold it only where all pixels have samples */
         flow(table, "RMSE %s of the whole picture against the reference",
              error_figure(report->truth.rmse).text);
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
@@ -259,7 +266,7 @@ static void put_error(struct table *table, const struct report *report)
         put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
-/* What depth and cutoff have left out. */
+/* The bound of the light that depth and cutoff have left out. */
 static void put_truncation(struct table *table, const struct report *report)
 {
     double most = report_picture_counts(report).truncation;
@@ -271,7 +278,7 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What the picture's file has no room for. */
+/* Pixels that are brighter than the picture's file can store. */
 static void put_clipped(struct table *table, const struct report *report)
 {
     const struct quantisation *file = &report->quantisation;
@@ -283,11 +290,11 @@ static void put_clipped(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What has ended adaptive sampling. */
+/* What ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
-    /* Of pixels without any sample another line tells. */
+    /* put_error() has already told of pixels without any sample. */
     if (report->missing_share > 0 && report->unsampled == 0) {
         flow(table, "pass %u was cut off:", report->passes);
         flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
@@ -299,7 +306,7 @@ static void put_end(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Busy time is wall time: where cores are shared it says more than was computed. */
+/* Cores count as shared where the CPU time is less than this fraction of the busy time, which is wall time. */
 #define SHARED_CORE 0.9
 
 static struct work work_of(const struct report *report, const struct render_counts *counts)
@@ -317,13 +324,13 @@ static struct work work_of(const struct report *report, const struct render_coun
     return work;
 }
 
-/* Whether all there is was in the journal of an earlier run. */
+/* Whether the whole picture was in the journal of an earlier run. */
 static bool rendered_nothing(const struct report *report, const struct render_counts *counts)
 {
     return report->resumed.pixels > 0 && counts->rays[RAY_PRIMARY] == 0;
 }
 
-/* How well the renderers were used, and what for. */
+/* Efficiency and balance of the renderers, and the rays that they traced. */
 static void put_use(struct table *table, const struct report *report,
                     const struct render_counts *counts, const struct work *work)
 {

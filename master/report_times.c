@@ -1,4 +1,4 @@
-/* Where the time of a run went: of rank 0, of all renderers, of each. */
+/* The part of the table that shows where the time went: on rank 0, over all renderers, and rank by rank. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,15 +8,15 @@
 #include "master/report_parts.h"
 
 enum {
-    ROW_COLUMNS = 40, /* of a rank's row up to its share of the picture */
-    SHARE_COLUMNS = 9,
-    RANKS_MAX = 16, /* more than this are summed up */
-    RANKS_ENDS = 4, /* of which the busiest and the idlest so many are shown */
+    ROW_COLUMNS = 40,  /* a rank's row without pixels, host and bar */
+    SHARE_COLUMNS = 9, /* what the column of pixels takes besides */
+    RANKS_MAX = 16,    /* of more ranks than this only some are shown, */
+    RANKS_ENDS = 4,    /* namely this many of the busiest and of the idlest */
     BAR_MIN = 6,
     BAR_MAX = 24,
 };
 
-/* The end of a row: a bar of what is left of the line, when that is enough for one. */
+/* Ends a row with a bar of length `fraction`, if the rest of the line has room for one; used: columns of the row. */
 static void end_with_bar(const struct table *table, int used, double fraction)
 {
     int room = table->columns - used - 2;
@@ -29,7 +29,7 @@ static void end_with_bar(const struct table *table, int used, double fraction)
     fputc('\n', table->out);
 }
 
-/* Milliseconds matter of seconds, not of hours; 8 characters up to three years. */
+/* With milliseconds below 9999 s; at most 8 characters for times up to three years. */
 static struct figure seconds_figure(double seconds)
 {
     struct figure figure;
@@ -53,12 +53,12 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
-/* Of a picture that takes so much of the whole time to be made room for it is told: that takes seconds where it has
- * a hundred million pixels. */
+/* The time to allocate the picture's memory has a row of its own if it is at least this fraction of the total. It takes
+ * seconds for a picture of a hundred million pixels. */
 #define ROOM_TOLD 0.01
 
-/* MPI's own calls wait in the first and the one of sharing until all ranks are there; of which part is waiting it
- * does not tell. */
+/* "starting MPI" and "sharing scene" include the time for which MPI's calls wait until all ranks have got there; MPI
+ * does not tell how much that is. */
 void put_run_times(const struct table *table, const struct run_times *time, bool resumed)
 {
     double rest = time->total - time->init - time->load - time->broadcast - time->build -
@@ -78,21 +78,24 @@ void put_run_times(const struct table *table, const struct run_times *time, bool
     fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
 }
 
-/* Where cores were shared, the CPU time of busy time is divided as the wall time of tiles was, for a turn of somebody
- * else falls on each of its parts alike; but for what falls between two tiles: to ask for the CPU time is a
- * call to the system, which likes to let others run then. */
+/*
+ * The CPU time of a part of rendering, whose wall time is `seconds`. Where cores were shared, the CPU time of all tiles
+ * is divided in proportion to the wall times of the parts, as preemption falls on all parts alike. Seconds are not
+ * scaled by CPU time / busy time, as busy time also contains what falls between two tiles: reading the CPU time is a
+ * system call, at which the operating system tends to preempt.
+ */
 static double part_of(const struct work *work, double seconds)
 {
     double parts = work->probe + work->intersect + work->shade;
     return work->shared ? work->cpu * share_of(seconds, parts) : seconds;
 }
 
-/* What the renderers did with the time of rendering, each counted from its start to its end. */
+/* What the renderers did during the render phase, each from the start to the end of it. */
 void put_rendering(const struct table *table, const struct report *report, const struct work *work)
 {
     int renderers = report->renderer_count;
     double whole = report->time.render * renderers;
-    double plan = fmin(report->plan_s * renderers, work->wait); /* in which all of them wait */
+    double plan = fmin(report->plan_s * renderers, work->wait); /* all of them wait meanwhile */
     const struct {
         const char *label;
         double seconds;
@@ -117,7 +120,7 @@ void put_rendering(const struct table *table, const struct report *report, const
     put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
 }
 
-/* A line of the table of ranks; of a mean, the counts have fractions. */
+/* A line of the table of ranks. The counts are doubles because means have fractions. */
 struct row {
     char label[16];
     const char *host; /* NULL: no such column */
@@ -126,7 +129,7 @@ struct row {
 
 static bool hosts_differ(const struct report *report)
 {
-    const char *known = ""; /* who has never reported has none */
+    const char *known = ""; /* a renderer that has never reported has no host */
     for (int i = 0; i < report->renderer_count; i++) {
         const char *host = report->renderers[i].host;
         if (*known && *host && strcmp(host, known) != 0) return true;
@@ -135,13 +138,13 @@ static bool hosts_differ(const struct report *report)
     return false;
 }
 
-/* Where pixels, their share and a bar have no room side by side, the share stands for the pixels. */
+/* Whether a line has room for the number of pixels besides their share and a bar. */
 static bool shows_pixels(const struct table *table)
 {
     return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
 }
 
-/* pixels: of the picture; most: busy seconds of a rank, whose bar is the longest. */
+/* pixels: all those rendered; most: busy seconds of the busiest rank, which has the longest bar. */
 static void put_row(const struct table *table, const struct row *row, double pixels, double most)
 {
     int used = fprintf(table->out, "%6s %6s", row->label, whole_figure(row->tiles, 1e6).text);
@@ -203,7 +206,8 @@ static int busiest_first(const void *left, const void *right)
     return a->rank < b->rank ? -1 : a->rank > b->rank;
 }
 
-/* In rank order when all of them are shown. */
+/* The ranks in the order in which they are shown: the busiest first, or in rank order if all are shown. The caller
+ * frees it. */
 static const struct renderer_stats **order_ranks(const struct report *report)
 {
     size_t count = report->renderer_count > 0 ? (size_t)report->renderer_count : 0;
