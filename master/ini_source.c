@@ -20,8 +20,9 @@
 #define SECTION_MAX_KEYS  100
 
 /*
- * What inih is fed from. After every section heading inih is given a line "=": the entry without name and value that it
- * returns for it announces the section, so that empty sections and repeated headings are noticed.
+ * A file being fed to inih line by line. inih reports a section only with its entries. So after every section heading
+ * it is given a line "=", for which it returns an entry without name and value: this announces the section, so that
+ * empty sections and repeated headings are noticed.
  */
 struct feed {
     struct ini *ini;
@@ -133,7 +134,7 @@ static const char *find_comment(const char *text, const char *end)
     return NULL;
 }
 
-/* Checks what inih does not: text after a heading, which it ignores, and the length, which it truncates. */
+/* Checks a heading for text after it, which inih ignores, and for its length, to which inih truncates silently. */
 static bool heading_good(struct feed *feed, const char *line, size_t length)
 {
     const char *close = memchr(line, ']', length);
@@ -192,7 +193,7 @@ static bool feed_long_entry(struct feed *feed, const char *line, size_t length, 
 
 static bool feed_entry(struct feed *feed, const char *line, size_t length, char *buffer, int size)
 {
-    /* inih would take a line that fills its buffer without a line end for a truncated one */
+    /* inih takes a line that fills its buffer without a line end for a truncated one */
     if (length + 1 >= (size_t)size) return feed_long_entry(feed, line, length, buffer);
     memcpy(buffer, line, length);
     buffer[length] = '\0';

@@ -52,10 +52,10 @@ void ini_set(struct ini_section *section, const char *key, const char *value,
 /* The entry of a key; NULL: there is none. */
 const struct ini_entry *ini_entry(const struct ini_section *section, const char *key);
 
-/* Whether a line "[kind name]" in a file is read back as this section. */
+/* Whether a line "[kind name]" would be read back from a file as this section. */
 bool ini_can_name(const char *kind, const char *name);
 
-/* Whether a line "key = value" in a file is read back as this value. */
+/* Whether a line "key = value" would be read back from a file as this value. */
 bool ini_can_hold(const char *key, const char *value);
 
 #endif

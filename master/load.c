@@ -1,6 +1,6 @@
 /*
- * CONFIG and overrides into a job. A scene file given as CONFIG is treated as an INI file of one
- * section that names it.
+ * Loads CONFIG and the overrides into a job. A scene file (.nff or .obj) that is given as CONFIG is treated as an INI
+ * file with a section that names it, and sections for the lights of an OBJ file.
  */
 #include "master/load.h"
 
@@ -26,7 +26,7 @@ const char *keep_path(struct loader *loader, const char *path)
 void note_source(struct loader *loader, const char *path)
 {
     struct stat status;
-    if (stat(path, &status) != 0) return; /* who reads it says so */
+    if (stat(path, &status) != 0) return; /* reading it will fail, which is reported there */
     loader->sources = grow(loader->sources, loader->source_count, sizeof *loader->sources);
     loader->sources[loader->source_count++] =
         (struct source){keep_path(loader, path), status.st_dev, status.st_ino};
@@ -97,7 +97,7 @@ static bool refuse_config(const char *path)
     return false;
 }
 
-/* A file without a section has been cut or never written; with one its picture may well show nothing. */
+/* A file without any section is refused: it has been truncated or never written. */
 static bool read_ini(const char *path, struct ini *ini)
 {
     if (!ini_load(path, ini)) return false;
@@ -107,12 +107,12 @@ static bool read_ini(const char *path, struct ini *ini)
     return false;
 }
 
-/* The document of an OBJ file has a section for the mesh, then so many for lights, then one for each material of
- * its MTL files that arguments amend. */
+/* The document of an OBJ file has a section for the mesh, then this many for lights, then one for each material of its
+ * MTL files of which arguments set keys. */
 #define SHOULDER_LIGHTS 2
 
-/* A section for the file; for a mesh its lights', too, which arguments may fill before it is known where they
- * are. */
+/* Adds the section that names the file; for an OBJ file also those of its lights, still empty, so that arguments can
+ * set their keys. Their positions depend on the camera. */
 static void add_scene_file(struct ini *ini, const char *path, bool is_obj)
 {
     struct ini_section *section = ini_add_section(ini, is_obj ? "mesh" : "include", "scene", 0);
@@ -124,7 +124,7 @@ static void add_scene_file(struct ini *ini, const char *path, bool is_obj)
     ini_add_section(ini, "light", "fill", 0);
 }
 
-/* CONFIG as a document; a scene file becomes a section that names it. */
+/* Reads CONFIG into a document; false after reporting an error. */
 static bool read_config(const char *path, struct ini *ini)
 {
     bool is_obj = path_has_extension(path, ".obj");
@@ -141,7 +141,7 @@ static bool read_config(const char *path, struct ini *ini)
 
 static bool load_scene(struct loader *loader, const struct ini *ini)
 {
-    /* A document that stands for a scene file is no file that could be included again. */
+    /* A document that was made for a scene file is no file that could include itself. */
     bool is_file = path_has_extension(ini->file, ".ini");
     struct part part = {.loader = loader,
                         .path = ini->file,
@@ -153,7 +153,7 @@ static bool load_scene(struct loader *loader, const struct ini *ini)
     return good;
 }
 
-/* Unless an argument has set it. */
+/* Sets an entry of the section, unless an argument has set it. */
 static void set_vector(const struct ini *ini, struct ini_section *section, const char *key,
                        struct vec3 value)
 {
@@ -163,7 +163,7 @@ static void set_vector(const struct ini *ini, struct ini_section *section, const
     free(text);
 }
 
-/* The lights of an OBJ file, as sections so that they are printed and overridden like others. */
+/* Places the lights of an OBJ file. They are sections so that they are printed and overridden like others. */
 static bool load_shoulder_lights(struct loader *loader, const struct ini *sections)
 {
     struct light lights[SHOULDER_LIGHTS];
@@ -205,7 +205,8 @@ static const struct loaded_section *section_of(const struct loader *loader,
     return &loader->sections[low];
 }
 
-/* Where the one is whose place it is, seen from the section of the other one; the caller frees it. */
+/* Text that says where the earlier primitive stands, for a warning at the section of its double; the caller
+ * frees it. */
 static char *place_of_earlier(const struct loaded_section *section,
                               const struct loaded_section *earlier)
 {
@@ -216,7 +217,8 @@ static char *place_of_earlier(const struct loaded_section *section,
     return format_text("the first one here in the place of %s:%ld", earlier->file, earlier->line);
 }
 
-/* Told are those that let light through, in one warning: each makes rays more, and nothing shows it but the time. */
+/* One warning for all transparent doubles, which builder_doubles() counts: each splits the rays that reach it once
+ * more, and nothing but the time shows it. */
 static void warn_of_coincidences(const struct loader *loader)
 {
     struct coincidences first = {0};
@@ -241,7 +243,7 @@ static void warn_of_coincidences(const struct loader *loader)
     free(where);
 }
 
-/* So many sections of a document, which keeps them. */
+/* A view of `count` sections of a document, which still owns them. */
 static struct ini sections_from(const struct ini *ini, size_t first, size_t count)
 {
     struct ini sections = *ini;
@@ -257,7 +259,7 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     struct settings *settings = loader->settings;
     if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count))
         return false;
-    /* Where the lights of an OBJ file are depends on the camera, and that on all else. */
+    /* The lights of an OBJ file are placed last: they depend on the camera, which depends on all else. */
     bool is_obj = path_has_extension(config, ".obj");
     size_t first = is_obj ? 1 : ini->count;
     struct ini scene = sections_from(ini, 0, first);

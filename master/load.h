@@ -17,7 +17,7 @@
 
 struct ini;
 
-/* Which of these the user has set. Outputs that are not set are named after CONFIG or the picture. */
+/* Whether the user has set them. Outputs that are not set are named after CONFIG or the picture. */
 struct named_settings {
     bool image, report, journal, max_samples;
 };

@@ -1,4 +1,4 @@
-/* What settings that are right by themselves have to be together (declared in loader.h). */
+/* Checks settings against each other, each of which has been found valid by itself (declared in loader.h). */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -14,7 +14,8 @@
 #include "master/path.h"
 #include "master/sections.h"
 
-/* Complains where the setting was made; config where it was not made at all. */
+/* Reports an error at the place where the setting was made; in config where it has its default. Always returns
+ * false. */
 static bool refuse_setting(const struct loader *loader, const char *config, const char *section,
                            const char *name, const char *text)
 {
@@ -23,8 +24,8 @@ static bool refuse_setting(const struct loader *loader, const char *config, cons
     return false;
 }
 
-/* What rank 0 keeps of each pixel from start to end: the canvas, those of a preview and a reference, what adaptive
- * sampling knows of it. */
+/* Bytes that rank 0 keeps for each pixel during the whole run: the canvas, those of a preview and of a reference, and
+ * the statistics of adaptive sampling. */
 static uint64_t pixel_bytes(const struct settings *s)
 {
     bool preview = s->output.preview > 0, reference = *s->sampling.reference != '\0';
@@ -71,7 +72,7 @@ static bool region_good(const struct loader *loader, const char *config)
     return true;
 }
 
-/* Rows that travel together are a tile, which bounds every message. */
+/* The rows of a band that are sent together form one tile, so they must not exceed its size. */
 static bool rows_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
@@ -89,8 +90,8 @@ static bool rows_good(const struct loader *loader, const char *config)
 }
 
 /*
- * Below this sine of the angle between view and up, rounding (a few units of DBL_EPSILON in a cross
- * product of unit vectors) would decide more than a thousandth of the picture's direction.
+ * The least sine of the angle between the direction of view and up. Below it, the rounding error of the cross product
+ * of the two unit vectors, a few DBL_EPSILON, would be more than a thousandth of its length.
  */
 #define PARALLEL (4096 * DBL_EPSILON)
 
@@ -100,7 +101,8 @@ static bool half_height_good(double fov)
     return fov < 180 && isnormal(view_half_height(fov));
 }
 
-/* Without an eye that is set they cannot be. What the user has not written is told of as such. */
+/* Only if the user has set eye can the two be the same point. The text names look_at's default where it is in
+ * effect. */
 static bool refuse_same_point(const struct loader *loader, const char *config)
 {
     bool both = setting_is_set(loader, "camera", "look_at");
@@ -160,8 +162,8 @@ static bool kernel_good(const struct loader *loader, const char *config)
 }
 
 /*
- * Whether `samples` would be set for nothing: how many a pixel gets is settled by adaptive sampling. An
- * argument may make the picture of a file with `samples` adaptive, as it may override any setting.
+ * Whether `samples` is set without effect, as adaptive sampling decides how many samples a pixel gets. It is accepted
+ * in a file if it is an argument that makes sampling adaptive, as arguments may override any setting.
  */
 static bool samples_are_idle(const struct loader *loader)
 {
@@ -172,7 +174,8 @@ static bool samples_are_idle(const struct loader *loader)
     return samples->file && !overridden;
 }
 
-/* Where neither target_error nor time_limit is set: a 0 switches off what a file has. */
+/* No warning where target_error or time_limit is set to 0, which switches off adaptive sampling of a file that also
+ * sets its limits. */
 static void warn_of_idle_limits(const struct loader *loader)
 {
     static const char *const limits[] = {"min_samples", "max_samples"};
@@ -188,7 +191,7 @@ static void warn_of_idle_limits(const struct loader *loader)
     }
 }
 
-/* Somebody may have thought of per cent. */
+/* The user may have meant per cent. */
 static void warn_of_large_target(const struct loader *loader)
 {
     double target = loader->settings->sampling.target_error;
@@ -199,7 +202,7 @@ static void warn_of_large_target(const struct loader *loader)
                  target);
 }
 
-/* An adaptive pixel's halves are of equal size. What is wrong here is so where it is not used, too. */
+/* Checks the numbers of samples: adaptive sampling needs even ones, as it compares two halves of equal size. */
 static bool limits_good(const struct loader *loader, const char *config)
 {
     uint32_t min = loader->settings->sampling.min_samples;
@@ -240,7 +243,7 @@ static bool sampling_good(const struct loader *loader, const char *config)
     return true;
 }
 
-/* A file that is named, and how its name has to end: NULL for one of a picture's kinds. */
+/* A setting that names a file. extension: that its name must have; NULL: any of a picture's formats. */
 struct checked_file {
     const char *section, *key, *path, *extension;
 };
@@ -251,7 +254,7 @@ static bool kind_good(const struct checked_file *file)
     return path_has_extension(file->path, file->extension) || path_is_device(file->path);
 }
 
-/* Of a file that need not be there. */
+/* stat() of the folder of a file, which need not exist itself. */
 static bool stat_folder(const char *path, struct stat *status)
 {
     char *folder = path_directory(path);
@@ -260,7 +263,7 @@ static bool stat_folder(const char *path, struct stat *status)
     return found;
 }
 
-/* Of two files that are not both there. */
+/* Whether two paths, of which at least one does not exist, name the same place. */
 static bool same_place(const char *a, const char *b)
 {
     struct stat first, second;
@@ -288,7 +291,7 @@ static bool is_argument(const struct loader *loader, const struct checked_file *
     return origin->file && origin->line == 0;
 }
 
-/* Two that have one name; that of an argument is the newer one. */
+/* Reports two settings that name the same file. The error is reported at `file`, unless only `other` is an argument. */
 static void refuse_same(const struct loader *loader, const char *config,
                         const struct checked_file *file, const struct checked_file *other)
 {
@@ -300,7 +303,7 @@ static void refuse_same(const struct loader *loader, const char *config,
     free(text);
 }
 
-/* false, after saying so, where a link leads an output to what the scene is read from. */
+/* false after reporting that an output is, perhaps by a link, a file that the scene is read from. */
 static bool spares_sources(const struct loader *loader, const char *config,
                            const struct checked_file *file)
 {
@@ -320,7 +323,7 @@ static bool spares_sources(const struct loader *loader, const char *config,
     return true;
 }
 
-/* Of the i-th name. */
+/* Checks the i-th name, also against those before it. */
 static bool name_good(const struct loader *loader, const char *config,
                       const struct checked_file *files, size_t i)
 {
@@ -343,7 +346,7 @@ static bool name_good(const struct loader *loader, const char *config,
     return spares_sources(loader, config, file);
 }
 
-/* No two outputs are one file, nor is any the reference or a file that the scene is read from. */
+/* No two outputs may be the same file, and none may be the reference or a file that the scene is read from. */
 static bool output_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;

@@ -1,6 +1,7 @@
 /*
- * The scene sections of an INI file: each is read into its structure by its table of keys
- * (scene_sections.h), then put into the scene. Lights and objects: load_objects.c; materials: load_materials.c.
+ * Loads the scene sections of an INI file. Each is read into its structure by means of its table of keys
+ * (scene_sections.h), then added to the scene: lights and objects by load_objects.c, materials by load_materials.c,
+ * meshes and included files here.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -17,8 +18,8 @@
 
 /* The file that a section names by its key `file`. */
 struct named_file {
-    char *path; /* from where it was written; owned */
-    char *root; /* as of a part; owned */
+    char *path; /* with the folder of the file that names it; owned */
+    char *root; /* as of struct part; owned */
 };
 
 static void named_file_free(struct named_file *named)
@@ -27,7 +28,7 @@ static void named_file_free(struct named_file *named)
     free(named->root);
 }
 
-/* Why the file that a section names cannot be opened. If it might not be read either, that is said at once. */
+/* Text that says why the file cannot be opened, and also if it would lie outside of the root; the caller frees it. */
 static char *why_not_open(const struct reading *at, const struct ini_entry *entry, const char *file,
                           const struct named_file *named)
 {
@@ -42,14 +43,15 @@ static char *why_not_open(const struct reading *at, const struct ini_entry *entr
         named->path, reason, hint, part->root);
 }
 
-/* false, after saying so at that line, when no file can be read there. */
+/* Sets *named to the file that a section names, which the caller frees. false after reporting that it cannot be
+ * read. */
 static bool find_file(const struct reading *at, const char *file, struct named_file *named)
 {
     const struct ini_entry *entry = ini_entry(at->section, "file");
     const char *root = at->part->root;
     char *why = NULL;
     named->path = path_in(entry->folder, file);
-    /* What stands on the command line, which has no lines, is the user's own wish. */
+    /* line is 0: the user has named the file on the command line, which may be anywhere. */
     bool is_root_own = !entry->line && !path_is_within(named->path, root);
     named->root = is_root_own ? root_of(named->path) : copy_text(root);
     if (access(named->path, R_OK) != 0)
@@ -89,7 +91,7 @@ static bool load_mesh(const struct reading *at, void *data)
     return good;
 }
 
-/* Whether the file may be included here: no file includes itself, and there is a limit. */
+/* false after reporting that the file includes itself, or that there are too many or too deeply nested includes. */
 static bool may_include(const struct reading *at, const struct part *inner)
 {
     int depth = 0;
@@ -166,7 +168,7 @@ static bool (*const loaders[SCENE_SECTIONS])(const struct reading *at, void *dat
     [SECTION_TRIANGLE] = load_triangle, [SECTION_BOX] = load_box,
     [SECTION_CYLINDER] = load_cylinder, [SECTION_CONE] = load_cone,
     [SECTION_MESH] = load_mesh,         [SECTION_INCLUDE] = load_include,
-    /* Materials are loaded before. */
+    /* Materials have been loaded before. */
 };
 
 bool is_scene_section(const char *kind)
@@ -203,8 +205,8 @@ static bool load_section(const struct reading *at)
     return good;
 }
 
-/* An included file's own sections come before the one that includes it, so that each primitive is the first's that
- * ends behind it. */
+/* Appends a loaded section to the loader's list. The sections of an included file precede the one that includes it. So
+ * a primitive belongs to the first section whose end is above its index. */
 static void note_section(struct loader *loader, const char *file, long line)
 {
     loader->sections = grow(loader->sections, loader->section_count, sizeof *loader->sections);
@@ -220,7 +222,7 @@ bool load_scene_sections(struct part *part, const struct ini *ini)
     const char *file = keep_path(part->loader, ini->file);
     for (size_t i = 0; i < ini->count; i++) {
         struct reading at = {part, ini, &ini->sections[i]};
-        /* The settings of CONFIG itself are dealt with elsewhere. */
+        /* read_settings() reads those of CONFIG. */
         if (!part->outer && is_settings_section(at.section->kind)) continue;
         if (!load_section(&at)) return false;
         note_section(part->loader, file, at.section->line);

@@ -1,4 +1,4 @@
-/* Materials: the [material]s of an INI file, and what all formats have in common (declared in loader.h). */
+/* Loads the [material] sections of INI files, and does for materials what all formats need (declared in loader.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,7 +45,7 @@ void try_materials(const struct part *part, struct nearest_name *search)
 
 bool warn_of_gain(const struct material *material, const char *file, long line)
 {
-    /* A little more than 1 is rounding of the numbers as they were written. */
+    /* A sum slightly above 1 comes from rounded decimals in the file. */
     bool gives = material->reflection + material->transmission > 1.0000001;
     if (gives)
         user_warning(file, line,
@@ -78,7 +78,8 @@ static bool read_material(const struct ini *ini, const struct ini_section *secti
     return true;
 }
 
-/* So complete it stands for the material wherever it is named, and in what --print-config prints. */
+/* Adds the keys that the section lacks, with the material's values. The complete section then replaces the material
+ * wherever it is used, and is what --print-config prints. */
 static void complete_section(struct ini_section *section, const char *file,
                              const struct material *material)
 {

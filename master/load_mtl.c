@@ -1,4 +1,4 @@
-/* As far as they have a meaning here. */
+/* Reads MTL files (load_mtl.h): the statements that have a meaning here; others are skipped. */
 #include "master/load_mtl.h"
 
 #include <math.h>
@@ -16,27 +16,28 @@
 struct mtl_material {
     struct material material;
     double mirror; /* max(Ks): the reflection if illum says so */
-    double illum;  /* < 0: not told */
-    bool has_d;    /* which counts more than Tr, wherever either stands */
-    long line;     /* where it begins */
+    double illum;  /* illumination model; < 0: not given */
+    bool has_d;    /* d is given, which has precedence over Tr, whatever their order */
+    long line;     /* of newmtl */
     long color_line;
-    long no_ior_line; /* where Ni is 0; 0: nowhere */
+    long no_ior_line; /* where Ni is set to 0; 0: nowhere */
 };
 
 struct material_library {
-    struct name_table names; /* of items; the latest definition of a name counts */
+    struct name_table names; /* index in items of the latest definition of each name */
     struct mtl_material *items;
     uint32_t count;
 };
 
-/* Without an index of refraction light is not bent: what is thin is often modelled so. */
+/* The index of refraction of a material that gives none: light is not bent, as in thin sheets, which are often modelled
+ * so. */
 #define NO_IOR 1
 
 /* A file being read into a library. */
 struct mtl {
     struct material_library *library;
     struct scan scan;
-    /* One warning for each is enough. */
+    /* Which warnings have been given: each is given once per file. */
     bool told_curve, told_halo, told_texture, told_emission, told_case, told_no_ior;
 };
 
@@ -61,7 +62,7 @@ const struct material *material_library_find(const struct material_library *libr
 
 void material_library_try(const struct material_library *library, struct nearest_name *search)
 {
-    /* In the file's order, for a list of them; one that was defined again is there once. */
+    /* In the order of the file, as the hint may list them. A name that is defined several times is passed once. */
     const char **names = allocate_zeroed(library->count, sizeof *names);
     for (size_t i = 0; i < library->names.room; i++) {
         const struct name_entry *entry = &library->names.entries[i];
@@ -93,7 +94,7 @@ static bool add_material(struct mtl *mtl)
     return true;
 }
 
-/* Whether the word is next on the line; if so, it is taken off it. */
+/* Reads a word if it is the expected one; false, without reading anything, if it is not. */
 static bool take_word(struct scan *scan, const char *expected)
 {
     char word[32];
@@ -103,7 +104,7 @@ static bool take_word(struct scan *scan, const char *expected)
     return true;
 }
 
-/* A colour of three numbers, or one for all three. */
+/* Reads a colour: three numbers, or one number for all three components. false: invalid or negative. */
 static bool read_numbers(struct scan *scan, struct vec3 *color)
 {
     struct vec3 c;
@@ -114,7 +115,8 @@ static bool read_numbers(struct scan *scan, struct vec3 *color)
     return c.x >= 0 && c.y >= 0 && c.z >= 0;
 }
 
-/* Colours as a spectral curve or in CIE XYZ are left as they were. */
+/* Reads a colour. One that is given as a spectral curve or in CIE XYZ is skipped with a warning and leaves *color
+ * unchanged. */
 static bool read_color(struct mtl *mtl, struct vec3 *color)
 {
     bool curve = take_word(&mtl->scan, "spectral");
@@ -155,7 +157,7 @@ static bool read_transparency(struct mtl *mtl, struct mtl_material *m)
     return true;
 }
 
-/* Some programs write 0 where no index of refraction was set; it counts as none. */
+/* Reads Ni. Some programs write 0 if no index of refraction was set, so 0 counts as not given. */
 static bool read_ior(struct scan *scan, struct mtl_material *m)
 {
     double ior;
@@ -165,7 +167,7 @@ static bool read_ior(struct scan *scan, struct mtl_material *m)
     return true;
 }
 
-/* What names a picture: map_Kd, map_Bump and others, in any case, some without map_. */
+/* Whether the statement names a texture: map_Kd, map_Bump and others, in upper or lower case, some without map_. */
 static bool is_texture(const char *word)
 {
     static const char *const others[] = {"bump", "disp", "decal", "norm", "refl"};
@@ -175,7 +177,7 @@ static bool is_texture(const char *word)
     return found;
 }
 
-/* Many programs write of each material that it gives off no light. */
+/* Warns of Ke unless it is zero, as many programs write a zero Ke for every material. */
 static void warn_of_emission(struct mtl *mtl)
 {
     struct vec3 color;
@@ -186,8 +188,8 @@ static void warn_of_emission(struct mtl *mtl)
     mtl->told_emission = true;
 }
 
-/* What has no meaning here. Told of are keys of a material in another case than theirs, which were meant to have one,
- * textures, and light that a surface gives off, as they are missed in the picture. */
+/* Skips a statement without a meaning here. Those whose effect is missed in the picture are warned of: keys in the
+ * wrong case, textures and emitted light. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
     static const char *const keys[] = {"newmtl", "Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
@@ -225,7 +227,7 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     return true;
 }
 
-/* It shows in what lets light through alone. */
+/* Warns of an Ni of 0 in a material that transmits light; in others it makes no difference. */
 static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
 {
     if (mtl->told_no_ior || !m->no_ior_line || !(m->material.transmission > 0)) return;
@@ -235,9 +237,9 @@ static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
 }
 
 /*
- * Completes the materials from number `first` on. Illumination models 0 and 1 have no highlight; from 3 on, the mirror
- * has the highlight's colour. The more light a material transmits, the less of its own colour it shows: next to nothing
- * where it hides next to nothing of what is behind it.
+ * Completes the materials from number `first` on. Illumination models 0 and 1 have no highlight; from 3 on, the
+ * reflection is as strong as the highlight. Ambient and diffuse light are scaled by 1 - transmission: a material that
+ * hides next to nothing of what is behind it shows next to nothing of its own colour.
  */
 static void finish(struct mtl *mtl, size_t first)
 {

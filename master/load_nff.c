@@ -2,9 +2,8 @@
  * Reads Eric Haines' Neutral File Format ("A Proposal for Standard Graphics Environments", IEEE CG&A 7(11), 1987). Each
  * statement has a function below; a statement's name is the first word of its line.
  *
- * Our own choices: Ks is the share of both the highlight and the mirror, ambient light is 0, lights without a colour
- * have the brightness 1/sqrt(number of all lights in the file), and the near plane (hither) does not limit rays and has
- * no effect.
+ * Our own choices: Ks is the share of the highlight as well as that of the reflection. Ambient light is 0. Lights
+ * without a colour have the brightness 1/sqrt(number of all lights in the file). The near plane (hither) has no effect.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -59,13 +58,14 @@ static bool refuse(const struct nff *nff, const char *text)
     return false;
 }
 
-/* Reports the builder's error, if there is one; returns whether there is none. */
+/* Reports an error that the builder has returned in `why`. Returns whether there was none (NULL). */
 static bool accept(const struct nff *nff, const char *why)
 {
     return !why || refuse(nff, why);
 }
 
-/* To be called after the numbers of a statement: whether they were good and nothing else is on the line. */
+/* Called after the numbers of a statement have been read. Returns whether they were good and nothing else is on the
+ * line, else reports what was expected. */
 static bool complete(struct nff *nff, bool good, const char *expected)
 {
     return (good && scan_at_end(&nff->scan)) || refuse(nff, expected);
@@ -170,7 +170,7 @@ static bool read_material(struct nff *nff)
                 scan_number(scan, &m.transmission) && scan_number(scan, &m.ior);
     if (!complete(nff, good, "'f' needs eight numbers: R G B Kd Ks Shine T ior")) return false;
     m.reflection = m.specular;
-    /* Files leave the index at 0 where nothing is transmitted. */
+    /* Files set the index of refraction to 0 where nothing is transmitted. */
     if (m.ior == 0 && m.transmission == 0) m.ior = 1;
     if (m.specular > 1) return refuse(nff, "Ks is out of range, expected a number from 0 to 1");
     if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
@@ -266,7 +266,7 @@ static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with
     return builder_add_patch(nff->builder, &patch);
 }
 
-/* The number is checked before memory for so many is allocated. */
+/* Reads the number of corners and checks it, before memory for them is allocated. */
 static bool read_corner_count(struct nff *nff, uint32_t *corners)
 {
     char word[32];
@@ -274,7 +274,7 @@ static bool read_corner_count(struct nff *nff, uint32_t *corners)
     if (scan_unsigned(&nff->scan, corners) && *corners >= 3 && *corners <= POLYGON_MAX_CORNERS)
         return complete(nff, true,
                         "text after the number of corners, expected the end of the line");
-    /* In quotes, as the word might read like part of a message. */
+    /* In quotes, as the word might read like part of the message. */
     char *given = scan_word(&ahead, word, sizeof word) ? format_text("'%s'", word) : NULL;
     user_error(
         nff->path, nff->scan.line,
@@ -362,8 +362,8 @@ static void offer(struct nff *nff, const char *section, const char *name, const 
     *origin = (struct origin){nff->path, nff->view_line};
 }
 
-/* The field of view here is from edge to edge of the picture, half a pixel more on each side than between the centres
- * of the outer rows. */
+/* Converts NFF's angle, between the centres of the first and the last row of pixels, to a field of view in degrees,
+ * which extends to the edges of the picture: half a pixel more on each side. */
 static double edge_to_edge(double angle, uint32_t height)
 {
     if (height < 2) return angle;

@@ -23,7 +23,7 @@
 
 #define NONE UINT32_MAX
 
-/* The most unknown names of materials that are warned of one by one. */
+/* Unknown names of materials that are warned of one by one; of further ones only the number is told. */
 #define TOLD_NAMES 5
 
 struct obj_corner {
@@ -37,9 +37,9 @@ struct obj {
     struct builder *builder;
     struct scan scan;
 
-    /* Of this file: the first one in the builder, and how many so far. */
+    /* Index in the builder of this file's first vertex, and number of its vertices so far. */
     uint32_t first_vertex, vertex_count;
-    uint32_t *normals; /* of this file: indices in the builder; NONE: a zero normal */
+    uint32_t *normals; /* index in the builder of each normal of this file; NONE: not used */
     uint32_t normal_count;
 
     uint32_t material;                /* set by the last usemtl */
@@ -54,7 +54,7 @@ struct obj {
     size_t corner_count, corner_room;
     struct triangulation triangulation;
 
-    struct triangle *plain; /* faces that have no normals in the file */
+    struct triangle *plain; /* triangles with a corner that has no normal */
     size_t plain_count;
     struct faces faces;
 };
@@ -89,7 +89,7 @@ static bool read_vertex(struct obj *obj)
         obj, builder_add_vertex(obj->builder, place_point(&obj->mesh->placement, point), &index));
 }
 
-/* Some programs write zero normals; corners with them count as having none. */
+/* Zero normals, which some programs write, count as none, as do all normals of a mesh that is to be flat. */
 static bool read_normal(struct obj *obj)
 {
     struct vec3 normal;
@@ -108,8 +108,8 @@ static bool read_normal(struct obj *obj)
 /* ---- faces ---- */
 
 /*
- * Reads an index, which counts from 1, or backwards from the latest one with -1, and converts it to one from 0. false
- * if it is no whole number or refers to nothing that has been defined.
+ * Reads an index and converts it to one that counts from 0. In the file it counts from 1, or if negative backwards from
+ * the latest item, which is -1. false if it is no whole number or refers to nothing that has been defined.
  */
 static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
 {
@@ -126,7 +126,7 @@ static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
     return true;
 }
 
-/* The texture's index has no meaning here, but it must be an index or empty. */
+/* Skips the texture's index, which has no effect but must be a whole number or empty. */
 static bool skip_texture_index(struct scan *scan)
 {
     bool back = *scan->at == '-';
@@ -142,8 +142,8 @@ static bool at_end_of_corner(const struct scan *scan)
     return strchr(" \t\r\n#\\", *scan->at);
 }
 
-/* Reads a corner: v, v/t, v//n or v/t/n. Some programs also write the slashes of indices that are missing: v/, v//,
- * v/t/. */
+/* Reads a corner: v, v/t, v//n or v/t/n; also v/, v// or v/t/, as some programs write the slashes of missing
+ * indices. */
 static bool read_corner(struct obj *obj, struct obj_corner *corner)
 {
     struct scan *scan = &obj->scan;
@@ -169,7 +169,7 @@ static void make_corner_room(struct obj *obj)
     obj->points = reallocate(obj->points, obj->corner_room, sizeof *obj->points);
 }
 
-/* Whether text is an index, but beyond those that are defined. */
+/* Whether text is an index beyond the `count` defined items. */
 static bool is_beyond(const char *text, uint32_t count)
 {
     if (*text == '-') text++;
@@ -276,7 +276,7 @@ static bool is_known(const struct name_table *names, const char *name)
     return name_table_find(names, name, &ignored);
 }
 
-/* Reads a library unless it has been read before. false after an error. */
+/* Reads an MTL file unless it has been read before. false after reporting an error. */
 static bool read_library_once(struct obj *obj, const char *path, bool is_regular)
 {
     if (!is_regular) {
@@ -288,13 +288,13 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
         user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
         return false;
     }
-    /* It is recognised by whatever path it is named. */
+    /* The resolved path, so that another path to the same file is recognised. */
     char *file = path_absolute(path);
     bool known = is_known(&obj->libraries_seen, file);
     if (!known) name_table_set(&obj->libraries_seen, file, 0);
     free(file);
     if (known) return true;
-    name_table_free(&obj->used); /* names may have another meaning from here on */
+    name_table_free(&obj->used); /* the file may redefine names that usemtl has looked up */
     note_source(obj->part->loader, path);
     return material_library_read(obj->library, path);
 }
@@ -318,8 +318,8 @@ static void warn_of_missing_library(struct obj *obj, const char *name)
     obj->library_missing = true;
 }
 
-/* Names of files with blanks are common. So the whole rest of the line is tried first, then its words, up to a comment.
- */
+/* Reads mtllib. As file names with blanks are common, the whole rest of the line is tried as a name first, then each of
+ * its words up to a comment. */
 static bool read_library(struct obj *obj)
 {
     char line[4096];
@@ -336,7 +336,7 @@ static bool read_library(struct obj *obj)
     return good;
 }
 
-/* Warns which material faces get whose own does not exist, and suggests what may have been meant. */
+/* Warns that no material has this name, which one the faces get instead, and suggests what may have been meant. */
 static void warn_of_unknown_name(const struct obj *obj, const char *name)
 {
     const struct loader *loader = obj->part->loader;
@@ -350,7 +350,8 @@ static void warn_of_unknown_name(const struct obj *obj, const char *name)
     free(hint);
 }
 
-/* [material] sections of the INI file have precedence over materials of MTL files. */
+/* Sets *index to the material of this name, or to the mesh's own if there is none. [material] sections of INI files
+ * have precedence over MTL files. */
 static bool look_up(struct obj *obj, const char *name, uint32_t *index)
 {
     if (find_material(obj->part, name, index)) return true;
@@ -377,7 +378,7 @@ static bool use_material(struct obj *obj)
     return true;
 }
 
-/* Whether all materials exist that arguments change. */
+/* false after reporting a material of which arguments set keys but which no MTL file defines. */
 static bool amended_found(const struct obj *obj)
 {
     const struct ini *amended = &obj->part->loader->amended;

@@ -22,8 +22,8 @@ bool refuse_section_key(const struct reading *at, const char *key, const char *w
     return false;
 }
 
-/* The last key that an argument has set; "" without one. With it the object is no longer what the file says, so an
- * error is reported there. `material` does not count, as it cannot make a shape invalid. */
+/* The last key that an argument has set, at which errors of the object are reported, as the file alone may be right; ""
+ * if there is none. `material` does not count, as it cannot make a shape invalid. */
 static const char *key_of_argument(const struct reading *at)
 {
     const char *key = "";

@@ -107,7 +107,7 @@ static bool read_settings_section(struct loader *loader, const struct ini *ini,
 
 bool read_settings(struct loader *loader, const struct ini *ini)
 {
-    long first[SETTINGS_KEYS] = {0}; /* line of each section that was read, by its first key */
+    long first[SETTINGS_KEYS] = {0}; /* line of each section read, at the index of its first key */
     for (size_t i = 0; i < ini->count; i++) {
         const struct ini_section *section = &ini->sections[i];
         if (!is_settings_section(section->kind)) continue;
@@ -126,7 +126,7 @@ bool read_settings(struct loader *loader, const struct ini *ini)
 
 /* ---- overrides ---- */
 
-/* "material glass.ior=1.3", split; the pieces point into one copy. */
+/* An argument such as "material glass.ior=1.3", split into kind, name, key and value, which point into one copy. */
 struct override {
     const char *argument;
     char *copy;
@@ -204,8 +204,8 @@ static bool refuse_override_section(const struct ini *ini, const struct override
     return false;
 }
 
-/* An OBJ file as CONFIG has no sections for the materials of its MTL files, which have not been read yet: the first
- * argument for one adds its section. */
+/* Whether the argument is to add a section. With an OBJ file as CONFIG the first argument for a material adds one, as
+ * the MTL files have not been read yet. */
 static bool begins_section(const struct ini *ini, const struct override *override)
 {
     return path_has_extension(ini->file, ".obj") && strcmp(override->kind, "material") == 0 &&
@@ -242,8 +242,8 @@ static struct ini_section *overridden_section(struct ini *ini, const struct over
 }
 
 /*
- * A background has either a color, or bottom and top. An argument of one kind replaces all that the file says of the
- * other, so that no half of that is left. It is refused beside an argument of the other kind.
+ * A background has either a color, or bottom and top. An argument of one kind resets the keys of the other kind that
+ * the file sets. false after reporting that another argument sets a key of the other kind.
  */
 static bool replace_background(struct loader *loader, const struct override *override)
 {

@@ -1,7 +1,6 @@
 /*
- * Between the loaders of the file formats: what they load into, and the parts a scene is made of.
- * A part is a file with a placement; an included part lies in the one that includes it and sees its
- * materials.
+ * Shared by the loaders of all file formats: what they load into, and the parts that a scene is made of. A part is a
+ * file with a placement. An included part is placed within the part that includes it, and can use its materials.
  */
 #ifndef FARM_MASTER_LOADER_H
 #define FARM_MASTER_LOADER_H
@@ -17,11 +16,10 @@
 #include "master/nearest_name.h"
 #include "master/placement.h"
 
-/* Scene files may be large, but not larger than this. */
+/* Largest OBJ, MTL or NFF file. */
 #define SCENE_MAX_BYTES   ((size_t)64 << 30)
 #define INCLUDE_MAX_DEPTH 16
-/* Files that include each other twice and more make their number grow with the power of the depth.
- */
+/* Needed besides the depth: where each file includes the next one twice, their number grows exponentially with it. */
 #define INCLUDE_MAX_COUNT 65536
 
 /* Where a value was set; file NULL: nowhere, it is the default. */
@@ -30,18 +28,18 @@ struct origin {
     long line; /* 0 for an argument */
 };
 
-/* A file that the scene is read from, told by what it is, not by its name: links lead to it, too. */
+/* A file that the scene is read from. Device and inode identify it, as links may give it other names. */
 struct source {
     const char *path;
     dev_t device;
     ino_t inode;
 };
 
-/* A section that has been put into the scene: all primitives up to these counts that earlier ones have not. */
+/* A section that has been loaded. Its primitives are those from the end of the section before it to its own end. */
 struct loaded_section {
     const char *file;
-    long line; /* 0: of an argument, or CONFIG is the file itself */
-    uint32_t end[PRIMITIVE_KINDS];
+    long line;                     /* 0: the section stands for CONFIG, which is a scene file */
+    uint32_t end[PRIMITIVE_KINDS]; /* primitives of each kind that the builder had after it */
 };
 
 struct loader {
@@ -53,11 +51,11 @@ struct loader {
     bool has_default_material; /* default_material is in the builder */
     uint32_t default_material;
     uint32_t include_count; /* files included so far */
-    /* Materials of MTL files, with what arguments have set of them; the job's. */
+    /* A section for each material of an MTL file of which arguments have set keys. The sections are the job's. */
     struct ini amended;
     struct source *sources; /* owned */
     size_t source_count;
-    struct loaded_section *sections; /* in the order that they were loaded in; owned */
+    struct loaded_section *sections; /* in the order of loading; owned */
     size_t section_count;
     char **paths; /* of files that origins and sources name; owned */
     size_t path_count;
@@ -72,17 +70,17 @@ struct part {
     struct loader *loader;
     const struct part *outer; /* NULL: CONFIG itself */
     const char *path;         /* for messages */
-    char *real_path;          /* resolved, to know a file again; owned */
-    char *root;               /* resolved folder that what it names has to lie in; owned */
+    char *real_path;          /* resolved, to recognise a file that includes itself; owned */
+    char *root;               /* resolved folder that files it names have to lie in; owned */
     struct placement placement;
     struct named_material *materials; /* sorted by name; owned */
     size_t material_count;
 };
 
-/* Whether the part or mesh may read path; root as of a part. */
+/* Whether a part or mesh with this root (as of struct part) may read the file. */
 bool may_read(const struct loader *loader, const char *path, const char *root);
 
-/* The end of a message about a file that may not be read: takes the file and the root. */
+/* printf() format of the message about a file that may not be read; arguments: its path and the root. */
 #define LIES_OUTSIDE                                                                               \
     "'%s' lies outside of the scene's folder %s, expected a file in it "                           \
     "(farm --allow-outside reads any)"
@@ -90,7 +88,7 @@ bool may_read(const struct loader *loader, const char *path, const char *root);
 /* The folder that path lies in, resolved; the caller frees it. */
 char *root_of(const char *path);
 
-/* The index of a key in settings_keys; a key that does not exist ends the job. */
+/* The index of a key in settings_keys. A key that does not exist is a fatal error. */
 size_t setting_index(const char *section, const char *name);
 
 /* Where a setting was set; file NULL: nowhere. */
@@ -99,66 +97,67 @@ const struct origin *setting_origin(const struct loader *loader, const char *sec
 
 bool setting_is_set(const struct loader *loader, const char *section, const char *name);
 
-/* Reads the settings sections of CONFIG; false after saying so when one is wrong. */
+/* Reads the settings sections of CONFIG; false after reporting an error. */
 bool read_settings(struct loader *loader, const struct ini *ini);
 
-/* The arguments "section.key=value", in their order: settings, or entries of the document's scene
- * sections. */
+/* Applies the arguments "section.key=value" in their order, to settings or to the scene sections of the document. false
+ * after reporting an error. */
 bool apply_overrides(struct loader *loader, struct ini *ini, char *const *overrides, size_t count);
 
-/* Of all settings, names of outputs included, what has to fit together; config is for messages. */
+/* Checks all settings against each other, including the names of outputs; config is for messages. false after reporting
+ * an error. */
 bool check_settings(const struct loader *loader, const char *config);
 
-/* Keeps a copy of path until the loader ends. */
+/* Returns a copy of path that is valid until loader_free(). */
 const char *keep_path(struct loader *loader, const char *path);
 
-/* The scene is read from this file: no output may take its place. */
+/* Notes that the scene is read from this file, so that no output may replace it. */
 void note_source(struct loader *loader, const char *path);
 
-/* Frees what the loader owns; settings and builder are others'. */
+/* Frees what the loader owns, which settings and builder are not. */
 void loader_free(struct loader *loader);
 
-/* For objects without a material. */
+/* The index of the material of objects that name none; it is added to the builder when first asked for. */
 uint32_t default_material(struct loader *loader);
 
-/* Looks in the part and those around it. */
+/* Looks for a material in the part, then in the parts that include it; false: there is none. */
 bool find_material(const struct part *part, const char *name, uint32_t *index);
 
-/* The names of all that it finds as candidates. */
+/* Passes the names of all materials that find_material() can find to nearest_name_try(). */
 void try_materials(const struct part *part, struct nearest_name *search);
 
-/* Tell of a material that gives off more light than it gets; whether it is one. */
+/* Warn of a material whose reflection and transmission exceed 1 together, or whose color exceeds 1. Return whether it
+ * is such a one. */
 bool warn_of_gain(const struct material *material, const char *file, long line);
 bool warn_of_bright_color(const struct material *material, const char *file, long line);
 
-/* A material of an MTL file, of which arguments may have set some keys: their section gets the others, and is
- * what the material is read from. false after saying what is wrong. */
+/* Applies what arguments have set of a material of an MTL file: the section that holds these keys gets the other keys
+ * from the material, which is then read from the section. false after reporting an error. */
 bool amend_material(const struct loader *loader, const char *name, struct material *material);
 
-/* A mesh in an OBJ file. */
+/* An OBJ file and how it is loaded. */
 struct mesh {
     const char *path;
-    const char *root; /* as of a part */
+    const char *root; /* as of struct part */
     struct placement placement;
-    uint32_t material; /* where the file names none that is known */
-    double crease;     /* degrees; 0: flat always; < 0: as the file says */
+    uint32_t material; /* of faces for which the file names none that is known */
+    double crease;     /* degrees; 0: flat, whatever the file says; < 0: the file's normals alone */
 };
 #define CREASE_OF_FILE (-1.0)
 
 bool load_obj(const struct part *part, const struct mesh *mesh);
 
-/* Objects, lights, and (where nothing else sets them) view and background. */
+/* Loads objects, lights, and (where nothing else sets them) view and background from an NFF file. */
 bool load_nff(const struct part *part);
 
-/* The scene sections of an INI document whose settings are dealt with. */
+/* Loads the scene sections of an INI document; those of settings are skipped in CONFIG and refused elsewhere. */
 bool load_scene_sections(struct part *part, const struct ini *ini);
 
 /* Whether an INI section of this kind is part of a scene, or holds settings. */
 bool is_scene_section(const char *kind);
 bool is_settings_section(const char *kind);
 
-/* The end of a message about a section of neither kind: what may have been meant. The caller frees
- * it. */
+/* The end of the message about an unknown section: which one may have been meant. The caller frees it. */
 char *section_hint(const char *kind);
 
 /* Frees what the part owns. */
