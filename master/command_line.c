@@ -7,7 +7,7 @@
 
 #include "common/message.h"
 
-/* Whether a shell takes it as it is. */
+/* Whether a shell takes the text as it is, without quotes. */
 static bool is_plain(const char *text)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"

@@ -81,7 +81,7 @@ static void fill_sampling(struct run *run, const struct service *service)
                                                    : ENDED_BY_MAX_SAMPLES;
 }
 
-/* What could be written; false: it could not, which has been reported. */
+/* Which outputs have been written; false: writing failed, which has been reported. */
 struct written {
     bool picture, timeline, report;
 };

@@ -17,7 +17,7 @@
  */
 #define FIXED_SHARE 0.75
 
-/* Number of blocks along so many pixels whose middle, at edge / 2, lies within. */
+/* The number of blocks along a side of `pixels` pixels whose middle, at edge / 2, lies within the picture. */
 static uint32_t blocks_across(uint32_t pixels, uint32_t edge)
 {
     uint32_t middle = edge / 2;

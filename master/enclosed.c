@@ -7,7 +7,7 @@
 #include "common/number.h"
 #include "common/vec.h"
 
-/* Pairs of a light and a solid: a tenth of a second, at 5 to 10 ns each. */
+/* Most pairs of a light and a solid that are tested: a tenth of a second, at 5 to 10 ns each. */
 #define PAIRS_MOST UINT64_C(10000000)
 
 static bool is_in_sphere(const struct sphere *sphere, struct vec3 at)
@@ -40,7 +40,7 @@ static bool is_in(const struct scene *scene, uint32_t solid, struct vec3 at)
                                     : is_in_cone(&scene_cones(scene)[index], at);
 }
 
-/* Whether the primitive is a solid that holds the light back from all that the eye sees. */
+/* Whether the primitive is an opaque solid with the light inside and the eye outside. */
 static bool encloses(const struct scene *scene, uint32_t id, const struct light *light)
 {
     const struct material *material = &scene_materials(scene)[primitive_material(scene, id)];

@@ -58,9 +58,9 @@ enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
 #define HIDDEN_MOST  4.0
 
 /*
- * The estimate from the errors of so many pixels, at look `number` (1, 2, ...) of this kind. The interval is too narrow
- * for a single pixel, or where one pixel has nearly all of the error: a single error does not show how much such a sum
- * scatters.
+ * The estimate from the errors of `pixels` pixels, at look `number` (1, 2, ...) of this kind. The interval is too
+ * narrow for a single pixel, or where one pixel has nearly all of the error: a single error does not show how much such
+ * a sum scatters.
  */
 struct error_estimate error_estimate(const struct error_told *told, uint64_t pixels,
                                      enum error_look look, unsigned number);
@@ -72,7 +72,7 @@ struct error_point {
     double spread;
 };
 
-/* Sets a point from the errors of so many pixels. false: no error has been observed. */
+/* Sets a point from the errors of `pixels` pixels. false: no error has been observed. */
 bool error_point(const struct error_told *told, uint64_t pixels, double seconds,
                  struct error_point *point);
 

@@ -5,7 +5,7 @@
 bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c)
 {
     struct vec3 ab = vec_sub(b, a), ac = vec_sub(c, a);
-    /* Nearly all of the millions that a mesh may have end here; what is left may be too small for a product. */
+    /* The fast test, which nearly all of a mesh's faces pass. A cross product of 0 may also be an underflow. */
     struct vec3 cross = vec_cross(ab, ac);
     if (!vec_is_zero(cross)) return true;
     return !vec_is_zero(ab) && !vec_is_zero(ac) &&

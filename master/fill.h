@@ -1,4 +1,5 @@
-/* Fills pixels that are not rendered from their neighbours: better to look at than gaps, and no more than that. */
+/* Fills pixels that are not rendered with colours from their neighbours. This is only meant to look better than
+ * gaps. */
 #ifndef FARM_MASTER_FILL_H
 #define FARM_MASTER_FILL_H
 
@@ -17,10 +18,10 @@
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview);
 
 /*
- * Estimates the error of pixels that fill_unknown() has filled: the mean square, over components, too. It is
- * measured at pixels of the finest lattice that is known completely, where there are unknown pixels beside them:
- * by how far they would be off if they were guessed from the next coarser lattice. NaN: it cannot be told, as no
- * lattice finer than the coarsest is complete, or the picture is too small. To be called after fill_unknown(),
+ * Estimates the mean squared error, over pixels and components, of the pixels that fill_unknown() has filled. It is
+ * measured with known pixels: those of the finest lattice that is known completely, where there are unknown pixels
+ * beside them, are compared with what they would be if they were guessed from the next coarser lattice. NaN: unknown,
+ * as no lattice finer than the coarsest is complete, or the picture is too small. To be called after fill_unknown(),
  * with the same preview.
  */
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview);

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* The power law from now to goal, which is reached when the logarithm of time has grown by `times`, with the
- * uncertainty slope_spread of the slope by that of the errors. */
+/* The power law from now to goal. times: by how much the logarithm of time grows until the goal is reached.
+ * slope_spread: standard deviation of the slope that comes from the uncertainty of the errors. */
 static struct error_forecast law_to(const struct error_point *now, double goal, double times,
                                     double slope_spread)
 {
@@ -26,12 +26,13 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
 }
 
 /* How the squared error goes down with the number of samples: the part `share` of it with the power FORECAST_SMOOTH,
- * the rest with `power`, which is FORECAST_EDGE, or less where share is 0. */
+ * the rest with `power`. This is FORECAST_EDGE, or less if share is 0. */
 struct decline {
     double power, share;
 };
 
-/* The decline of a squared error that `ratio` times the samples have divided by `went`; both are above 1. */
+/* The decline of a squared error that was divided by `went` when the number of samples was multiplied by `ratio`; both
+ * are above 1. */
 static struct decline decline_of(double ratio, double went)
 {
     double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
@@ -39,14 +40,14 @@ static struct decline decline_of(double ratio, double went)
     return (struct decline){FORECAST_EDGE, fmin((went - edge) / (smooth - edge), 1)};
 }
 
-/* The part of the squared error that so many times the samples leave. */
+/* The part of the squared error that is left with `times` as many samples. */
 static double left_after(const struct decline *decline, double times)
 {
     return (1 - decline->share) * pow(times, -decline->power) +
            decline->share * pow(times, -FORECAST_SMOOTH);
 }
 
-/* How many times the samples leave the part `left` of the squared error, below 1. */
+/* The factor on the number of samples that leaves the part `left`, below 1, of the squared error. */
 static double times_samples(const struct decline *decline, double left)
 {
     double low = 1, high = pow(left, -1 / decline->power); /* bound: nothing is smooth */
@@ -77,7 +78,7 @@ struct off {
     double part, now, slope;
 };
 
-/* A run with so many samples, and the error expected of it. */
+/* A run with this number of samples, and the error expected of it. */
 struct prospect {
     double samples, rmse;
 };

@@ -26,7 +26,7 @@ struct found {
     size_t count;
 };
 
-/* For a region of so many pixels. */
+/* Starts with nothing found in a region of this size. */
 void found_init(struct found *found, uint32_t width, uint32_t height);
 void found_free(struct found *found);
 

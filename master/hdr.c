@@ -28,7 +28,7 @@
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
-/* Clamps a value to what a shared exponent of 8 bits can hold: the encoder's arithmetic is undefined for others. */
+/* Clamps a value to what a shared exponent of 8 bits can hold: for others the encoder has undefined behaviour. */
 static float hdr_value(float value)
 {
     if (!(value > 0)) return 0;

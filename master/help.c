@@ -9,13 +9,14 @@
 #include "common/settings.h"
 #include "master/scene_sections.h"
 
-/* Columns: where less than that is left for what stands beside names, it is left to the terminal to break it. */
+/* Columns. If less than this is left for the texts beside the names, their lines are not broken here but by the
+ * terminal. */
 #define ROOM_MIN 20
 
 /* Columns of the names. */
 enum { SETTING_INDENT = 39, KEY_INDENT = 19 };
 
-/* A name, padded, then what it means; further lines of that begin below it. */
+/* Prints a padded name and a text beside it, whose further lines are indented as far. */
 static void print_row(FILE *out, int columns, const char *name, int indent, const char *text)
 {
     bool wraps = columns - indent >= ROOM_MIN;
@@ -52,7 +53,7 @@ static void print_setting(FILE *out, int columns, const struct key *key)
 
 static void print_scene_key(FILE *out, int columns, const struct key *key)
 {
-    /* Of a text there is no more to say than what it is. */
+    /* The expected value of a text key is any text, which the help need not say. */
     bool help_is_all = key->help && key->type == VALUE_TEXT;
     char *expected = help_is_all ? copy_text("") : key_expected(key);
     char *name = format_text("    %s", key->name);

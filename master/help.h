@@ -4,8 +4,8 @@
 
 #include <stdio.h>
 
-/* In lines of at most so many columns, where that leaves room for what keys mean beside their names; 0: as long as they
- * are, for a pipe or a file. */
+/* Prints it in lines of at most `columns` characters, if that leaves room for texts beside the names of keys. columns
+ * 0: lines are not broken, for a pipe or a file. */
 void print_help(FILE *out, int columns);
 
 #endif

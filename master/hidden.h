@@ -29,8 +29,8 @@ struct hidden;
 /* Bytes of memory kept for each pixel. */
 size_t hidden_pixel_bytes(void);
 
-/* For a picture of so many pixels, none of which a plan has looked at yet. Freed by hidden_destroy(), which accepts
- * NULL. */
+/* For a picture of this number of pixels, none of which a plan has looked at yet. Freed by hidden_destroy(), which
+ * accepts NULL. */
 struct hidden *hidden_create(size_t pixels);
 void hidden_destroy(struct hidden *hidden);
 

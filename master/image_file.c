@@ -148,13 +148,14 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
     return result;
 }
 
-/* The edge of the picture by which encoding times are predicted, which takes some ms; and of the blocks of the
- * real picture of which it consists: a row of a block is long enough to be compressed as it is there. */
+/* The edge, in pixels, of the trial picture by which encoding times are predicted: it takes some ms. Once the real
+ * picture is rendered, the trial consists of blocks of it, of edge TRIAL_BLOCK: their rows are long enough to compress
+ * as they do in the real picture. */
 #define TRIAL_EDGE  192u
 #define TRIAL_BLOCK 32u
 
-/* Before anything is rendered, it is a gradient with noise of a fifth of 1/255: the time predicted by it is 0.8
- * to 1.0 (garden), 1.0 to 1.2 (lantern) and 1.4 to 1.5 times (hello) what a PNG of 3840 x 2160 took. */
+/* Before anything is rendered, the trial picture is a gradient with noise of a fifth of 1/255. The time predicted by it
+ * is 0.8 to 1.0 (garden), 1.0 to 1.2 (lantern) and 1.4 to 1.5 (hello) times what a PNG of 3840 x 2160 took. */
 #define TRIAL_NOISE (0.2f / 255)
 
 static void fill_with_noise(struct canvas *trial)
@@ -188,7 +189,7 @@ static void no_sink(void *context, void *data, int bytes)
     (void)context, (void)data, (void)bytes;
 }
 
-/* Pixels per thread: a thread would not be worth waking for fewer; these take some 10 ms. */
+/* Pixels per thread, which take some 10 ms: for fewer it is not worth waking a thread. */
 #define THREAD_PIXELS (1u << 18)
 
 unsigned image_threads(const struct canvas *canvas)
@@ -249,8 +250,8 @@ void image_announce(const char *path, const struct canvas *canvas, unsigned thre
     if (expected > seconds) user_note("writing %s takes about %.0f s", path, fmax(expected, 1));
 }
 
-/* With fewer pixels nobody waits noticeably for the file, nor should they for a trial: 100 to 160 ns per pixel
- * were measured for a Radiance picture, 30 to 45 for a PNG. */
+/* Pictures of fewer pixels are written without a trial and an announcement: nobody waits noticeably for them. 100 to
+ * 160 ns per pixel were measured for a Radiance picture, 30 to 45 for a PNG. */
 #define ANNOUNCE_PIXELS 4e6
 
 bool image_write(const char *path, const struct canvas *canvas, struct crew *crew)

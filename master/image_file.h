@@ -43,13 +43,13 @@ unsigned image_threads(const struct canvas *canvas);
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
                      bool with_quantisation, unsigned threads);
 
-/* Says that the picture is being written, if that is expected to take longer than `seconds`. */
+/* Prints that the picture is being written, if that is expected to take longer than `seconds`. */
 void image_announce(const char *path, const struct canvas *canvas, unsigned threads,
                     double seconds);
 
-/* Writes the picture; false, after saying why (disk full, ...), if that failed. If it is expected to take longer
- * than a second, says first that the picture is being written. The crew, which may be NULL, makes no difference
- * to the file. */
+/* Writes the picture; false after reporting why (disk full, ...) that failed. If it is expected to take longer than a
+ * second, first prints that the picture is being written. The crew, which may be NULL, makes no difference to the
+ * file. */
 bool image_write(const char *path, const struct canvas *canvas, struct crew *crew);
 
 /* The same without messages, for a path and a size that can be written: returns errno, or 0. */

@@ -62,7 +62,7 @@ static void put_string(FILE *file, const char *text)
     fputc('"', file);
 }
 
-/* What stands before a value: comma, place, key. */
+/* Writes what precedes a value: comma, line break and indentation, key. */
 static void begin_value(struct json *json, const char *key)
 {
     if (json->follows) fputs(on_one_line(json) ? ", " : ",", json->file);

@@ -10,7 +10,7 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
     return save_use(save, tile);
 }
 
-/* Per cent of the picture; tiles cannot be compared, as each run cuts them as it needs. */
+/* These pixels in per cent of the picture. Tiles are not counted, as each run cuts the picture in its own way. */
 static double per_cent(const struct run *run, uint64_t pixels)
 {
     return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
@@ -73,8 +73,8 @@ static void resume(struct run *run)
     tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);
 }
 
-/* So many pixels that a cut-off pass 0 has left count as a tile when space is reserved: most lattices have fewer
- * tiles than that makes. */
+/* Pixels that count as one tile when space is reserved for what a cut-off pass 0 has left. Most lattices have fewer
+ * tiles than this assumes. */
 #define TILE_OF_REST 256u
 
 uint32_t tiles_left(const struct run *run)
@@ -107,7 +107,8 @@ bool open_save(struct run *run, const struct scene *scene)
     return false;
 }
 
-/* In words, owned by the caller. In later passes tiles are rendered again, and only some of their pixels. */
+/* What is saved, in words; the caller frees the text. In passes after the first it does not count pixels, as such a
+ * pass renders only some pixels of each tile. */
 static char *what_is_saved(const struct run *run, uint64_t pixels)
 {
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;

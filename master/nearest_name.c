@@ -15,8 +15,8 @@ static size_t least(size_t a, size_t b)
 }
 
 /*
- * Insertions, deletions, substitutions and swaps of neighbours that turn a into b (optimal string
- * alignment distance), both at most LONGEST bytes.
+ * The least number of insertions, deletions, substitutions and swaps of neighbours that turn a into b (optimal string
+ * alignment distance). Both have at most LONGEST bytes.
  */
 static size_t distance(const char *a, const char *b)
 {
@@ -56,7 +56,7 @@ void nearest_name_try(struct nearest_name *search, const char *candidate)
     search->count++;
     if (length > LONGEST || strlen(candidate) > LONGEST) return;
     size_t errors = distance(search->name, candidate);
-    /* One error per three letters, more is another word. */
+    /* With more than one error per three letters it is taken to be another word. */
     if (errors > (length + 2) / 3 || errors >= strlen(candidate)) return;
     if (search->best && errors >= search->errors) return;
     search->best = candidate;

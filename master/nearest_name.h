@@ -1,26 +1,27 @@
-/* "did you mean ...?", or what there is to choose from. */
+/* Hints for messages about an unknown name: "did you mean ...?", or the list of possible names. */
 #ifndef FARM_MASTER_NEAREST_NAME_H
 #define FARM_MASTER_NEAREST_NAME_H
 
 #include <stddef.h>
 
-/* A longer list of names would not help. */
+/* Most names that a hint lists. */
 #define NAMES_LISTED 12
 
-/* The candidate that takes the fewest typing errors to become name; kept over the calls. */
+/* The state of a search for the candidate that differs from `name` by the fewest typing errors. Begin with name
+ * alone. */
 struct nearest_name {
     const char *name; /* looked for */
     const char *best; /* NULL: none is near enough */
     size_t errors;
-    const char *tried[NAMES_LISTED]; /* the first different candidates */
-    size_t count;                    /* of candidates, those in tried once */
+    const char *tried[NAMES_LISTED]; /* the first candidates, without repetitions */
+    size_t count;                    /* number of candidates; those in tried count once */
 };
 
-/* The candidate has to live until the hint is made; an empty one is none. */
+/* Considers a candidate, which must stay valid until the hint is made. An empty one is ignored. */
 void nearest_name_try(struct nearest_name *search, const char *candidate);
 
-/* ", did you mean 'best'?", ", expected one of a b c", or "" where there are none or too many to list,
- * as text that the caller frees. */
+/* ", did you mean 'best'?", or ", expected one of a b c", or "" if there are no candidates or too many to list. The
+ * caller frees the text. */
 char *nearest_name_hint(const struct nearest_name *search);
 
 #endif

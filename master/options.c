@@ -43,7 +43,7 @@ static bool parse_flag(const char *argument, struct options *options)
     if (strcmp(argument, "--allow-outside") == 0) return options->allow_outside = true;
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
         if (strcmp(argument, flags[i].name) == 0) return set_action(flags[i].action, options);
-    bool processes = strncmp(argument, "-n", 2) == 0; /* as mpiexec has it: -n 4, -np 4 */
+    bool processes = strncmp(argument, "-n", 2) == 0; /* an option of mpiexec: -n 4, -np 4 */
     user_error(NULL, 0, "unknown option '%s', expected %s%s", argument,
                has_scene_extension(argument) ? "./ in front of a file's name: ./"
                : processes                   ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
@@ -53,7 +53,7 @@ static bool parse_flag(const char *argument, struct options *options)
     return false;
 }
 
-/* Of settings and scenes. */
+/* Whether the word names a section of settings or of a scene. */
 static bool is_section(const char *word, size_t length)
 {
     for (size_t i = 0; i < SETTINGS_KEYS; i++) {
@@ -67,8 +67,8 @@ static bool is_section(const char *word, size_t length)
     return false;
 }
 
-/* "./a=0.5/scene.ini": whether it is there or not where the folder shows it to be none of our sections, as
- * other machines need not have the file. */
+/* Whether an argument with a '=', such as "./a=0.5/scene.ini", is the path of a scene. The file need not exist here if
+ * a folder before the '=' shows that it names no section: other machines need not have the file. */
 static bool is_scene(const char *argument, size_t before_equals)
 {
     if (!has_scene_extension(argument)) return false;
@@ -76,8 +76,8 @@ static bool is_scene(const char *argument, size_t before_equals)
     return memchr(argument, '/', before_equals) && !is_section(argument, strcspn(argument, ". "));
 }
 
-/* An override names a section and a key before its '='; a file name like a=b.ini has no dot there.
- */
+/* Whether the argument is an override: it has a section, a dot and a key before its '='. A file name such as a=b.ini
+ * has no dot there. */
 static bool is_override(const char *argument)
 {
     size_t before_equals = strcspn(argument, "=");
@@ -93,8 +93,8 @@ static bool is_setting_without_section(const char *argument)
            access(argument, F_OK) != 0;
 }
 
-/* "image.width", "sphere a.radius": an override whose value is missing, unless a file has that name or it is
- * a scene's, "sphere.obj". */
+/* Whether the argument is an override without a value, such as "image.width" or "sphere a.radius". The name of an
+ * existing file is none, nor is one with the extension of a scene, such as "sphere.obj". */
 static bool is_without_value(const char *argument)
 {
     size_t length = strcspn(argument, ". ");
@@ -125,7 +125,8 @@ static void refuse_without_section(const char *argument)
                argument);
 }
 
-/* A section's name, or what a shell has cut off a value, is no scene. */
+/* Reports a second scene. If it is the name of a section, the shell has probably split an override that needs
+ * quotes. */
 static void refuse_second_scene(const char *argument, const char *config)
 {
     bool quotes = is_section(argument, strlen(argument)) && access(argument, F_OK) != 0;
@@ -138,7 +139,7 @@ static void refuse_second_scene(const char *argument, const char *config)
 bool options_parse(int argc, char **argv, struct options *options)
 {
     size_t overrides = 0;
-    bool flags_ended = false; /* by "--": what follows are names, however they begin */
+    bool flags_ended = false; /* by "--": arguments after it are names, however they begin */
     *options = (struct options){.action = ACTION_RENDER, .overrides = argv};
     for (int i = 1; i < argc; i++) {
         char *argument = argv[i];

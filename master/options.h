@@ -16,8 +16,7 @@ struct options {
 };
 
 /*
- * Reads the command line. false after user_error() when it makes no sense. Points into argv, whose
- * arguments may be put into another order.
+ * Parses the command line; false after user_error(). The options point into argv, whose arguments may be reordered.
  */
 bool options_parse(int argc, char **argv, struct options *options);
 

@@ -92,7 +92,7 @@ static char *link_target(const char *path)
     return target;
 }
 
-/* Not by realpath(), because the last link may point at a file that does not exist yet. */
+/* realpath() would not do, because the last link may point at a file that does not exist yet. */
 char *path_behind_links(const char *path)
 {
     char *place = copy_text(path);

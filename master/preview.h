@@ -16,15 +16,14 @@ struct preview {
 
 void preview_free(struct preview *preview);
 
-/* Takes in a valid probe tile of a picture of this size: 3 floats per pixel. */
+/* Stores the colours of a valid probe tile, 3 floats per pixel, of a picture of this size. */
 void preview_put(struct preview *preview, uint32_t width, uint32_t height, const struct tile *probe,
                  const float *rgb);
 
 /* Gives each unknown block the colour of the nearest known one (in Manhattan distance). */
 void preview_complete(struct preview *preview);
 
-/* The colour of the block that contains this pixel; NULL: it is unknown. Valid until something is put in or
- * completed. */
+/* The colour of the block that contains this pixel; NULL: it is unknown. Valid until the preview is changed. */
 const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y);
 
 /* The colour at this pixel of a complete preview: each block's is that of the probe in its middle, between them it is

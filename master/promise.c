@@ -3,9 +3,9 @@
 #include <math.h>
 
 /* A pass that promised to leave a share s of the squared error left s^exponent. The exponent was 0.90 to 1.12 for the
- * first pass behind pass 0 in 14 runs of seven scenes; in each run that of the later passes, which are smaller, was
- * within 0.1 of it. A pass of few pixels tells hardly anything. So the sums begin as if a pass that left a quarter had
- * kept its promise before: this is the logarithm of that share. */
+ * first pass after pass 0 in 14 runs of seven scenes; in each run that of the later passes, which are smaller, was
+ * within 0.1 of it. A pass of few pixels tells hardly anything about the exponent. So the sums begin as if an earlier
+ * pass had promised to leave a quarter and had kept this promise: PROMISE_BEFORE is the logarithm of that share. */
 #define PROMISE_BEFORE (-1.3862943611198906)
 
 void promise_make(struct promise *promise, double before, double left)

@@ -3,7 +3,7 @@
 #ifndef FARM_MASTER_PROMISE_H
 #define FARM_MASTER_PROMISE_H
 
-/* About sums of squared errors over the picture, estimated from the halves. */
+/* Compares sums of squared errors over the picture, estimated from the halves. */
 struct promise {
     double before;   /* sum when the last pass was planned */
     double promised; /* share of it that the pass is to leave; 0: there is no pass to be judged */

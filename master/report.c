@@ -298,7 +298,7 @@ static void put_errors(struct json *json, const struct error_log *errors)
     json_close(json, ']');
 }
 
-/* What about half of the error would cost. */
+/* The predicted cost of a smaller error: forecast->goal. */
 static void put_forecast(struct json *json, const struct report *report)
 {
     const struct error_forecast *forecast = &report->forecast;
@@ -337,7 +337,7 @@ static void put_sampling(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
-/* Of the rows that know the true error: how many there are, and how many have it within their interval. */
+/* The number of rows whose true error is known, and of those whose interval contains it. */
 static void put_coverage(struct json *json, const struct error_log *errors)
 {
     uint64_t known = 0, held = 0;
@@ -387,7 +387,7 @@ static void put_quality(struct json *json, const struct report *report)
     json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
     put_quantisation(json, &report->quantisation);
-    /* Unknown: to measure it takes the same picture in higher precision. */
+    /* The error of the arithmetic is unknown: measuring it takes the same picture in higher precision. */
     json_null(json, "arithmetic");
     put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');

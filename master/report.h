@@ -24,8 +24,8 @@ struct resumed {
     uint32_t tiles;   /* of this run that needed no rendering */
     uint64_t pixels;  /* of these tiles */
     uint64_t records; /* valid ones in the journal */
-    double seconds;   /* wall seconds that they took to render, sum of all renderers */
-    double cpu_s;     /* CPU seconds of that */
+    double seconds;   /* wall seconds that the pixels took to render, sum of all renderers */
+    double cpu_s;     /* CPU seconds that they took */
     double render_s;  /* wall seconds that this run was spared: cpu_s divided by its processors */
     double again_s;   /* wall seconds of what was saved, too, but is rendered again */
     struct render_counts counts; /* of what needed no rendering, by found_sum() */

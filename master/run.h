@@ -29,8 +29,8 @@ struct run {
     struct watch watch;
     struct adaptive *adaptive; /* NULL: sampling is not adaptive */
     struct crew *
-        /* Threads for work that all ranks of the node wait for, plans and the picture's file; NULL: rank 0 alone
-         * does it. */
+        /* Threads for work that all ranks of the node wait for: planning passes and writing the picture. NULL: rank 0
+         * does it alone. */
         crew;
     struct save *save; /* NULL: output.journal is empty, or the journal is closed */
     struct timeline timeline;
@@ -51,7 +51,8 @@ static inline bool wants_report(const struct settings *settings)
     return settings->output.report[0] != '\0';
 }
 
-/* Flushes standard output; returns an exit status, and says so if not all of it could be written. */
+/* Flushes standard output. Returns an exit status: STATUS_FAILED after reporting that not all of it could be
+ * written. */
 int close_output(void);
 
 /* ---- prepare.c ---- */
@@ -65,8 +66,8 @@ int prepare(struct run *run, struct scene **block);
 uint32_t tiles_left(const struct run *run);
 uint64_t pixels_left(const struct run *run);
 
-/* Opens the journal, if one is wanted, and takes over what an earlier run has left in it; false, after saying
- * why, if that is not possible. */
+/* Opens the journal, if one is wanted, and takes over what an earlier run has left in it; false after reporting why
+ * that is not possible. */
 bool open_save(struct run *run, const struct scene *scene);
 
 /* Keeps the journal for a later run and prints the command that starts that run; then: what it will do, as in

@@ -1,5 +1,4 @@
-/* Reading line-oriented text (NFF, OBJ, MTL) in place: blanks separate words, '#' starts a comment.
- */
+/* Scans line-oriented text (NFF, OBJ, MTL) in place: blanks separate words, '#' starts a comment. */
 #ifndef FARM_MASTER_SCAN_H
 #define FARM_MASTER_SCAN_H
 
@@ -13,11 +12,11 @@ struct scan {
     const char *at;   /* text ends with NUL */
     const char *path; /* for messages */
     long line;        /* number of the line that `at` is in */
-    bool too_large;   /* the last number that was refused is one, but no double holds it */
-    bool joins;       /* a backslash at the end of a line joins the next one to it */
+    bool too_large;   /* the last number that was refused is valid but too large for a double */
+    bool joins;       /* a backslash at the end of a line continues it on the next one */
 };
 
-/* The end of a message about a number that is one, but too large (scan.too_large). */
+/* The end of the message about a number that is too large for a double (scan.too_large). */
 #define NUMBER_TOO_LARGE "a number is out of range, expected none beyond 1.79e308"
 
 struct scan scan_start(const char *text, const char *path, bool joins);
@@ -25,16 +24,16 @@ struct scan scan_start(const char *text, const char *path, bool joins);
 /* Moves to the next line that holds a word; false at the end of the text. */
 bool scan_next_line(struct scan *scan);
 
-/* Skips blanks; whether nothing is left on the line. */
+/* Skips blanks; returns whether nothing but a comment is left on the line. */
 bool scan_at_end(struct scan *scan);
 
-/* Each takes one item off the line, or leaves it and returns false; nothing is said. */
+/* Each reads one item of the line, or returns false without reading anything or reporting an error. */
 bool scan_number(struct scan *scan, double *value);
 bool scan_vector(struct scan *scan, struct vec3 *value);
 bool scan_unsigned(struct scan *scan, uint32_t *value);
-/* The next word, cut at size - 1 bytes; false when the line is at its end. */
+/* Reads the next word, truncated to size - 1 bytes; false at the end of the line. */
 bool scan_word(struct scan *scan, char *word, size_t size);
-/* The rest of the line without blanks at its ends (no comment is looked for), cut like a word. */
+/* Reads the rest of the line, including a comment, without blanks at its ends; truncated like a word. */
 bool scan_rest(struct scan *scan, char *text, size_t size);
 
 #endif

@@ -100,10 +100,10 @@ struct section_kind {
     size_t count;
 };
 
-/* The i-th kind, NULL behind the last. */
+/* The i-th kind; NULL after the last one. */
 const struct section_kind *scene_section_kind(size_t i);
 
-/* Which kind has this name; SCENE_SECTIONS: none. */
+/* The kind of this name; SCENE_SECTIONS: there is none. */
 enum scene_section scene_section_of(const char *name);
 
 #endif

@@ -49,7 +49,7 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
     if (entry->line > 0)
         user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key,
                    entry->value, title, expected, what);
-    else /* an argument, which stands in front of the message as it is */
+    else /* an argument: entry->file is its whole text, so the message need not repeat it */
         user_error(entry->file, 0, "expected %s%s", expected, what);
     free(what);
     free(title);

@@ -8,21 +8,21 @@
 /* "[sphere ball]" or "[image]", as text that the caller frees. */
 char *section_title(const struct ini_section *section);
 
-/* Says that the section has no such key, and which one was likely meant. */
+/* Reports that the section has no such key, and which one may have been meant. */
 void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *keys, size_t count);
 
-/* What is to be said of a value that was to be followed by a comment, as it seems; or nothing. */
+/* A hint for a message about a value that seems to include what was meant as a comment; else "". */
 const char *comment_hint(const char *value);
 
-/* Stores one entry's value into the structure at base; false after saying why not. */
+/* Stores one entry's value into the structure at base; false after reporting an error. */
 bool read_entry(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *key, void *base);
 
 /*
- * Reads a section into the structure at base, which is all zero bytes: defaults first, then the
- * entries. Unknown keys, bad values and missing required keys are told, and false returned; what
- * VALUE_TEXT keys own is the caller's to free (keys_free()) in either case.
+ * Reads a section into the structure at base, which is all zero bytes: defaults first, then the entries. false after
+ * reporting an unknown key, a bad value or a missing key that is required. In either case the caller frees what
+ * VALUE_TEXT keys own (keys_free()).
  */
 bool read_section(const struct ini *ini, const struct ini_section *section, const struct key *keys,
                   size_t count, void *base);

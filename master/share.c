@@ -116,7 +116,7 @@ static struct share_work *work_of(const struct shares *shares, uint32_t id)
     uint32_t height = shares->config.height, renderers = shares->config.renderers;
     if (shares->config.schedule != SCHEDULE_STRIPS) return &shares->work[id % renderers];
     uint32_t y = shares->strip_rows[id], rows = height / renderers, longer = height % renderers;
-    uint32_t behind = longer * (rows + 1); /* first row behind the strips that have one more row */
+    uint32_t behind = longer * (rows + 1); /* first row after the strips that have one more row */
     return &shares->work[y < behind ? y / (rows + 1) : longer + (y - behind) / rows];
 }
 

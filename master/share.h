@@ -41,7 +41,7 @@ struct shares {
     uint64_t ids;       /* under cyclic some of them have no pixels */
     uint32_t stride;    /* between the ids of one renderer's share */
     uint32_t band_rows; /* of each band but the last one (strips: of each strip) */
-    /* strips: first row of each band, and behind the last one the height; else NULL. */
+    /* strips: first row of each band, and after the last one the height; else NULL. */
     uint32_t *strip_rows;
     struct share_cursor *cursors; /* per renderer */
     struct share_work *work;      /* per renderer */
@@ -55,7 +55,8 @@ struct shares {
 void shares_init(struct shares *shares, const struct share_config *config, uint64_t most);
 void shares_free(struct shares *shares);
 
-/* The tile of this id. Where it begins behind the last pixel of its band (share_has_pixels() is false), it has none. */
+/* The tile of this id. If it begins after the last pixel of its band (share_has_pixels() is false), it has no
+ * pixels. */
 struct tile share_tile(const struct shares *shares, uint32_t id);
 bool share_has_pixels(const struct tile *tile);
 

@@ -169,8 +169,8 @@ static void note_waits(struct server *server, double looked, int count)
     server->polled = looked;
 }
 
-/* Seconds after which MPI is looked at even if all renderers announce their messages and none has. Nothing is
- * known that needs that; a look takes less than a microsecond, which is nothing of a second. */
+/* Seconds after which MPI is polled even though all renderers announce their messages and none has. This is a
+ * precaution that no known case needs; a poll takes less than a microsecond. */
 #define LOOK_SELDOM 1.0
 
 /* Whether MPI may have received something for the master, or has sends to complete. */

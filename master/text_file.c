@@ -86,8 +86,8 @@ static void drop_byte_order_mark(struct text_file *file)
     memmove(file->text, file->text + 3, file->bytes + 1);
 }
 
-/* Old programs, mostly of the Macintosh, end lines with CR alone. Taken for a blank, it would turn the whole file into
- * one line, or into a comment where it begins with one. In a file that has any LF, CR is left as it is. */
+/* Replaces CR by LF in a file without any LF: old programs, mostly of the Macintosh, end lines with CR alone. As CR
+ * counts as a blank elsewhere, the whole file would be one line, or one comment if it begins with one. */
 static void end_lines(struct text_file *file)
 {
     if (memchr(file->text, '\n', file->bytes)) return;

@@ -38,7 +38,8 @@ struct timeline_entry {
 
 _Static_assert(sizeof(struct timeline_entry) == 64, "what timeline.h promises");
 
-/* The time in which a pass was planned: renderers had nothing to do but work that was in vain. */
+/* The time in which a pass was planned. Renderers had nothing to do then, or only work whose results were not
+ * needed. */
 struct timeline_plan {
     double start_s, end_s; /* seconds after the start of the render phase */
     unsigned pass;

@@ -33,7 +33,7 @@ static bool in_gamut(struct vec3 c)
     return fmin(c.x, fmin(c.y, c.z)) >= 0 && fmax(c.x, fmax(c.y, c.z)) <= 1;
 }
 
-/* A colour of this lightness (0..1) and hue (turns), of this chroma or the largest one in gamut, encoded for a
+/* A colour of this lightness (0..1), hue (turns) and chroma, which is reduced if it is not in gamut; encoded for a
  * PNG. */
 static void perceived_color(double lightness, double chroma, double hue, float rgb[3])
 {

@@ -26,10 +26,10 @@ static bool read_word(FILE *file, char *word, size_t size)
     return false;
 }
 
-/* The words of a header, and what its scale says. */
+/* The words of a header, and the byte order that its scale gives. */
 struct header {
     char width[32], height[32];
-    bool swapped; /* its bytes are in the other order than this machine's */
+    bool swapped; /* the byte order is not that of this machine */
 };
 
 static bool read_header(FILE *file, struct header *header)
@@ -143,7 +143,7 @@ static uint32_t bits_of(float value)
     return bits;
 }
 
-/* Finds in a histogram of 16-bit halves the half that the k-th smallest of the counted values has; k becomes its number
+/* Finds, in a histogram of 16-bit halves of values, the half of the k-th smallest value. *k becomes that value's rank
  * among those with the same half. */
 #define HALVES 65536u
 
@@ -155,9 +155,9 @@ static uint32_t find_half(const size_t counts[HALVES], size_t *k)
     return half;
 }
 
-/* The k-th smallest, from 0 on, of values that are not negative, whose bits are in the same order. A radix selection by
- * half of the bits at a time, which takes a fraction of the time of sorting: it is part of what a time limit has to
- * leave room for. */
+/* The k-th smallest, from 0 on, of nonnegative values, whose bits have the same order as the values. This is a radix
+ * selection by half of the bits at a time, in a fraction of the time of sorting, which counts as a time limit has to
+ * leave room for it. */
 static float kth_smallest(const float *values, size_t count, size_t k)
 {
     size_t *counts = allocate_zeroed(HALVES, sizeof *counts);
