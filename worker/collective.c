@@ -31,7 +31,7 @@ bool all_agree(MPI_Comm comm, bool yes)
     return all;
 }
 
-/* Sent in pieces: counts in MPI are ints, and the memory in flight stays small. */
+/* Sends the bytes in pieces, as counts in MPI are ints, and so that the memory in flight stays small. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes)
 {
     const size_t piece = (size_t)64 << 20;

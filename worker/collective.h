@@ -18,16 +18,17 @@ bool all_agree(MPI_Comm comm, bool yes);
 /* Copies the bytes of rank 0 of comm to all other ranks, each of which has room for them. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes);
 
-/*
- * Collective, before anything else. Returns, on rank 0, the berth of each rank, in order; the caller frees
- * the array. NULL on other ranks.
- */
 struct berth;
+
+/*
+ * The first collective operation of all. Returns, on rank 0, an array with the berth of each rank in rank order, which
+ * the caller frees; NULL on other ranks.
+ */
 struct berth *gather_berths(MPI_Comm comm);
 
 /*
- * Returns the exit status of rank 0, for every rank to end with: so mpiexec returns that status whatever it
- * makes of different ones.
+ * Returns the exit status of rank 0 on every rank. If all ranks end with the same status, mpiexec returns it; what it
+ * returns for different ones depends on the launcher.
  */
 int agree_on_status(MPI_Comm comm, int status);
 

@@ -8,11 +8,19 @@
 
 #include "worker/lanes.h"
 
-/* floats_of_lanes(): rounded to nearest.
- * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): -a where b is negative.
- * floats_mul_add(): a b + c; floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
- * same_31(): of eight numbers those whose lower 31 bits are those of b.
- * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+/*
+ * Functions whose names do not say all:
+ *
+ * floats_of_lanes()  the lanes, rounded to nearest
+ * floats_choose()    a in the lanes of the set, b in the others
+ * floats_flip()      -a where b is negative, else a
+ * floats_mul_add()   a b + c, rounded once or twice, as are the next two
+ * floats_mul_sub()   a b - c
+ * floats_sub_mul()   a - b c
+ * same_31()          the set of those of eight numbers whose lower 31 bits are those of b
+ * floats_larger()    a > b ? a : b, so that the result is b if a is NaN
+ * floats_smaller()   a < b ? a : b, so that the result is b if a is NaN
+ */
 
 #if LANES_IN_SIMD
 

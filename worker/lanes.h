@@ -48,15 +48,21 @@ static inline unsigned lanes_before(lane_set set, unsigned lane, lane_set smalle
     return (unsigned)__builtin_popcount(before & set);
 }
 
-/* What each level below has, beside functions that say what they do:
- * lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
- * lanes_sum(): of all lanes, added up in the same order on every level.
- * lanes_choose(): a in the lanes of the set, b in the others.
- * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
- * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
- * lanes_transpose(): of three doubles for each lane those that the order names first, second and
- * third; what lies behind them is not touched. lanes_of_rows(): the first, second, ... of four doubles
- * for each lane. */
+/*
+ * Functions of each level below whose names do not say all. An order is a permutation of three components.
+ *
+ * lanes_lowest()     the least value of all lanes, none of which is NaN
+ * lanes_highest()    the greatest value of all lanes, none of which is NaN
+ * lanes_sum()        the sum of all lanes, added up in the same order on every level
+ * lanes_choose()     a in the lanes of the set, b in the others
+ * equal_ids()        the set of lanes that have this id
+ * put_ids()          stores the id in the lanes of the set
+ * lanes_larger()     a > b ? a : b, so that the result is b if a is NaN
+ * lanes_smaller()    a < b ? a : b, so that the result is b if a is NaN
+ * lanes_transpose()  for eight points of three doubles, in the given order: their first components, their second ones,
+ *                    their third ones; reads nothing beyond the three doubles
+ * lanes_of_rows()    for eight rows of four doubles: their first elements, their second ones, ...
+ */
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 

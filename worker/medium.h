@@ -7,8 +7,8 @@
  * last wins. A sphere, box or capped cone is an object of its own. Surfaces of meshes, planes, discs and open
  * cones do not belong to an identified object: a medium entered through one of them is left through any other
  * with the same index of refraction, be it another part of a closed mesh or another piece of a water surface.
- * A plane is a half-space, a sheet of water the lid of a pond; a ray that passes below the front of one and
- * never comes back stays in it.
+ * So a plane bounds a half-space, and an open sheet of water bounds everything below it: a ray that enters through its
+ * front stays in the medium until it comes back through such a surface.
  *
  * Leaving a medium that was not entered (an open surface hit from behind, an eye within something that is not
  * closed) is treated as leaving that object's medium for the one on top of the stack, and is counted.

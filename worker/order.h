@@ -28,7 +28,7 @@ struct crossing {
 /*
  * Compares crossings of different primitives at distances close to each other: -1, 0 or 1. Flat surfaces are
  * compared exactly. Double-double, with the formulas of each kind, would order coplanar surfaces one way or
- * the other. A third surface through the same line might then come before the one and behind the other, so
+ * the other. A third surface through the same line might then come before one of them and after the other, so
  * that the hit would depend on which pair is compared first.
  */
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,

@@ -123,10 +123,10 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     struct packet_box box = packet_box(&it->bundle, node, slot);
     lane_set rays = it->open & rays_meet(&it->packet, &box, ray_limits(it->packet.t_max));
     it->given_up = !is_worth_it(&it->bundle, (unsigned)__builtin_popcount(rays));
-    if (it->given_up) *limit = -INFINITE; /* ends the walk */
+    if (it->given_up) *limit = -INFINITE; /* ends the traversal */
     if (!rays || it->given_up) return;
     look_in_leaf(it, bvh_leaves(it->packet.bvh) + node->child[slot], node->count[slot], rays);
-    if (!it->open) *limit = -INFINITE; /* that is all */
+    if (!it->open) *limit = -INFINITE; /* all rays are blocked */
 }
 
 /*

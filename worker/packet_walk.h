@@ -9,11 +9,10 @@
 #include "worker/triangle_lanes.h"
 
 /*
- * A bundle may give up after LEAVES_ON_TRIAL leaves. It does if there are LEAVES_TO_A_RAY leaves or more for each
- * ray found in a leaf.
- * Rays with a common origin have higher limits: if triangles are as small as the spacing of rays
- * (bench-kernel's million), leaves that no ray meets cost less than separate traversals. There the kernel
- * took 0.85 of the time with 64 and 8, and 0.97 for the lantern; never giving up was no faster.
+ * From LEAVES_ON_TRIAL leaves on a bundle gives up if there are LEAVES_TO_A_RAY leaves or more for each ray found in a
+ * leaf. Rays with a common origin have higher limits: if triangles are as small as the spacing of rays (bench-kernel's
+ * million), leaves that no ray meets cost less than separate traversals. With 64 and 8 the kernel took 0.85 of the time
+ * there, and 0.97 for the lantern; never giving up was no faster.
  */
 #define LEAVES_ON_TRIAL         16
 #define LEAVES_TO_A_RAY         2

@@ -14,14 +14,19 @@
 
 #define QUAD 4
 
-/* quad_larger(), quad_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
- * quad_sub_mul(): a - b c; rounded once or twice.
- * quad_point(), quad_floats(): those that the order names first, second and third; the fourth is 0
- * of a point, and where it was of floats.
- * quad_transpose(): of three doubles for each of four points those that the order names first,
- * second and third; what lies behind them is not touched.
- * quad_of_rows(): the first, second, ... of four doubles for each of four points.
- * quad_same(): of four doubles those that have the same bits. */
+/*
+ * Functions whose names do not say all. An order is a permutation of three components.
+ *
+ * quad_larger()     a > b ? a : b, so that the result is b if a is NaN
+ * quad_smaller()    a < b ? a : b, so that the result is b if a is NaN
+ * quad_sub_mul()    a - b c, rounded once or twice
+ * quad_point()      the three components of a point in the given order, then 0
+ * quad_floats()     the first three of four floats in the given order, then the fourth
+ * quad_transpose()  for four points of three doubles, in the given order: their first components, their second ones,
+ *                   their third ones; reads nothing beyond the three doubles
+ * quad_of_rows()    for four rows of four doubles: their first elements, their second ones, ...
+ * quad_same()       the set of lanes in which both have the same bits
+ */
 
 #if defined(__AVX2__) && defined(__FMA__)
 

@@ -39,8 +39,8 @@ static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
  */
 enum passing { PASSES_NOTHING, PASSES_LESS, PASSES_ALL, PASSINGS };
 
-/* The share of the light of the reflected and the refracted ray that is passed on, all internal reflection
- * included. */
+/* The share of light that a surface passes on from its reflected and its refracted ray together. It is the same with
+ * total internal reflection, where the mirror ray gets both shares. */
 static struct vec3 passed_by(const struct material *m)
 {
     return vec3(m->reflection + m->transmission * m->color.x,

@@ -11,7 +11,7 @@
 #include "worker/exact.h"
 #include "worker/ray.h"
 
-/* INFINITY is a float. */
+/* Infinity as a double; INFINITY is a float. */
 #define INFINITE HUGE_VAL
 
 /* A box around a primitive, tight up to some roundings; the BVH rounds it outward. */
