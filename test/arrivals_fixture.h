@@ -1,4 +1,4 @@
-/* What arrives for the master of so many ranks, nothing yet. The caller frees it. */
+/* Makes an empty struct arrivals (common/tray.h) for a farm of `ranks` ranks. The caller frees it. */
 #ifndef FARM_TEST_ARRIVALS_FIXTURE_H
 #define FARM_TEST_ARRIVALS_FIXTURE_H
 

@@ -1,4 +1,4 @@
-/* What ends the job is tried in a child. */
+/* Tests of code that ends the job: it runs in a child process. */
 #ifndef FARM_TEST_FATAL_H
 #define FARM_TEST_FATAL_H
 
@@ -12,7 +12,8 @@
 
 #include <cmocka.h>
 
-/* try(state) ends with status 1, and says on stderr nothing but this, of at most 255 bytes. */
+/* Asserts that try(state) ends the process with status 1, and prints exactly `expected` on stderr, at most 255
+ * bytes. */
 static inline void assert_fatal(void (*try)(void *state), void *state, const char *expected)
 {
     int ends[2], status;
@@ -25,7 +26,7 @@ static inline void assert_fatal(void (*try)(void *state), void *state, const cha
         _exit(0);
     }
     close(ends[1]);
-    /* It comes in pieces. */
+    /* A stream, as a single read() may return only a part of the text. */
     FILE *said = fdopen(ends[0], "r");
     size_t bytes = fread(text, 1, sizeof text - 1, said);
     text[bytes] = '\0';

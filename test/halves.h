@@ -1,4 +1,4 @@
-/* What a renderer tells of a pixel's samples (worker/task.h), from values that need no rays. */
+/* Computes what a renderer sends of a pixel's samples (worker/task.h) from given values, without tracing rays. */
 #ifndef FARM_TEST_HALVES_H
 #define FARM_TEST_HALVES_H
 
@@ -7,19 +7,19 @@
 
 #include "common/protocol.h"
 
-/* Of the samples so far: by whether their number is even, and all. */
+/* Sums over the samples so far: over those of even and of odd number, and over all. */
 struct halves {
     double sum[2], squares;
 };
 
-/* value: grey. */
+/* Adds a sample whose colour is the grey `value`. */
 static inline void halves_add(struct halves *halves, uint32_t sample, double value)
 {
     halves->sum[sample % 2] += value;
     halves->squares += value * value;
 }
 
-/* The samples, an even number, as those of pixel i of a part; each of them was a ray. */
+/* Stores the results for pixel i of a part. samples: their number, even; each of them took one ray. */
 static inline void halves_tell(const struct halves *halves, uint32_t samples, uint32_t i,
                                const struct pixel_floats *to)
 {

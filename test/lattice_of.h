@@ -1,10 +1,10 @@
-/* Lattices of pixels by their definition (master/lattice.h), one pixel at a time. */
+/* The definition of the lattices of master/lattice.h, applied to one pixel at a time. */
 #ifndef FARM_TEST_LATTICE_OF_H
 #define FARM_TEST_LATTICE_OF_H
 
 #include "master/lattice.h"
 
-/* The coarsest lattice that has this pixel; those finer than it have it, too. */
+/* The coarsest lattice that contains this pixel; all finer ones contain it, too. */
 static inline uint32_t lattice_of(uint32_t x, uint32_t y)
 {
     uint32_t k = 0;

@@ -1,4 +1,4 @@
-/* For tests of the master's side that play MPI themselves: its requests are done at once. */
+/* For tests of the master that replace MPI: a fake whose requests are complete at once. */
 #ifndef FARM_TEST_MPI_DONE_H
 #define FARM_TEST_MPI_DONE_H
 

@@ -1,4 +1,4 @@
-/* Where the reference's rays meet primitives. */
+/* Crossings of rays and primitives in the reference renderer. */
 #ifndef FARM_TEST_REFERENCE_CROSSINGS_H
 #define FARM_TEST_REFERENCE_CROSSINGS_H
 
@@ -11,12 +11,12 @@ enum { CONE_SIDE_PART, CONE_BASE_PART, CONE_APEX_PART }; /* a box's parts are it
 struct ray {
     struct point origin, direction;
     uint32_t from, from_part;
-    double o[3], d[3]; /* the same, rounded */
+    double o[3], d[3]; /* the same, rounded to double */
 };
 
 struct ray make_ray(struct point origin, struct point direction, uint32_t from, uint32_t part);
 
-/* Where a ray's line meets one primitive: 6 faces at most. */
+/* A crossing of a ray's line and a primitive. A primitive has at most 6: one for each face of a box. */
 struct crossing {
     real t, u, v;
     uint32_t part;
@@ -30,17 +30,17 @@ struct crossings {
 /* All crossings of the ray's line and the primitive; the one that the ray starts from is left out. */
 void cross_primitive(ref r, uint32_t id, const struct ray *ray, struct crossings *found);
 
-/* A sphere around a primitive, in double: what is clearly past it need not be looked at closer. */
+/* A sphere around a primitive, in double: lines that clearly miss it need no exact test. */
 struct reach {
     double center[3], radius;
 };
 
 void primitive_reach(const struct scene *scene, uint32_t id, struct reach *reach);
 
-/* Whether the line passes the primitive at a distance that no rounding explains. */
+/* Whether the line misses the sphere by more than any rounding error. */
 bool clearly_past(const struct reach *reach, const struct ray *ray);
 
-/* The axis as the cone's own measure: w = apex - base, W = w.w, height s = p.w / W. */
+/* The axis of a cone as its unit of height: w = apex - base, W = w.w, and p is at height s = p.w / W. */
 struct axis {
     struct point base, w;
     real W;
@@ -48,7 +48,7 @@ struct axis {
 
 struct axis cone_axis(ref r, const struct cone *cone);
 
-/* The indices of a triangle's or patch's corners. */
+/* The vertex indices of a triangle or patch. */
 const uint32_t *triangle_corners(const struct scene *scene, uint32_t id);
 
 #endif

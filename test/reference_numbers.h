@@ -1,6 +1,6 @@
 /*
- * Numbers of many bits, points made of them, and what is drawn and decided on the way: the
- * arithmetic of the reference renderer.
+ * The arithmetic of the reference renderer: numbers of many bits, points made of them, random displacements, and the
+ * record of decisions.
  */
 #ifndef FARM_TEST_REFERENCE_NUMBERS_H
 #define FARM_TEST_REFERENCE_NUMBERS_H
@@ -15,7 +15,8 @@
 
 /* ---- numbers ---- */
 
-/* Numbers live in one pool and are given back in the reverse order, all at once: see mark(). */
+/* Numbers are allocated from a pool of this size like from a stack: release() frees all that were allocated since
+ * mark(). */
 #define POOL_SIZE 30000u
 
 typedef mpfr_ptr real;

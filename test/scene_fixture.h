@@ -1,4 +1,4 @@
-/* What the tests of the kernel share: scenes built a primitive at a time. */
+/* Shared by the tests of the kernel: makes scenes, one primitive at a time. */
 #ifndef FARM_TEST_SCENE_FIXTURE_H
 #define FARM_TEST_SCENE_FIXTURE_H
 
@@ -37,7 +37,7 @@ static inline struct ray ray_to(struct vec3 origin, struct vec3 target)
     return ray_along(origin, vec_sub(target, origin));
 }
 
-/* That goes on from a hit, or is thrown back there. */
+/* A ray that starts at a hit, on either side of the surface. */
 static inline struct ray ray_going_on(struct vec3 point, const struct hit *hit,
                                       struct vec3 direction)
 {
@@ -151,7 +151,7 @@ static inline void add_sheet(struct builder *builder, unsigned bumpy, uint32_t m
     }
 }
 
-/* The facets of a pipe, two triangles each, 20 long and across all axes. */
+/* The facets of a pipe of length 20, oblique to all axes, two triangles each. */
 static inline void add_pipe(struct builder *builder, uint32_t facets, uint32_t material)
 {
     const struct vec3 along = {9, 12, 13}, aside = {0.8, -0.6, 0}, up = {0.39, 0.52, -0.75};
@@ -166,7 +166,7 @@ static inline void add_pipe(struct builder *builder, uint32_t facets, uint32_t m
     }
 }
 
-/* With all that is in it: what is in one place with something else, too. */
+/* Finishes a scene with everything in it, including primitives that coincide with others. */
 static inline struct scene *finish_scene(struct builder *builder)
 {
     struct view view = {.camera = {.forward = {0, 0, 1}, .right = {1, 0, 0}, .down = {0, 1, 0}},
@@ -184,9 +184,8 @@ static inline struct scene *finish_scene(struct builder *builder)
 }
 
 /*
- * Some triangles, so few that they are one leaf, of any sizes about a place that may be far from the
- * origin; some share corners. Of three scenes one has a size of 2^-`scale` to 2^`scale` in place of 1; the
- * place is at most 2^`far` sizes away.
+ * A few triangles of random sizes, some of which share vertices. They fit into one leaf. One scene of three has a size
+ * of 2^-`scale` to 2^`scale` instead of 1. Its distance from the origin is at most 2^`far` sizes.
  */
 static inline struct scene *random_triangles(uint64_t *random, int scale, int far)
 {
@@ -206,7 +205,7 @@ static inline struct scene *random_triangles(uint64_t *random, int scale, int fa
     return finish_scene(builder);
 }
 
-/* The caller frees it. The memory is dirty: the tree must not depend on what was there. */
+/* Builds a tree, which the caller frees, in memory full of garbage: the tree must not depend on its content. */
 static inline struct bvh *build_tree_by(const struct scene *scene, unsigned threads)
 {
     size_t bytes = bvh_bytes_bound(scene);
@@ -230,7 +229,7 @@ static inline void assert_same_hit(const struct hit *hit, const struct hit *expe
     assert_memory_equal(&hit->v, &expected->v, sizeof hit->v);
 }
 
-/* What nearest_rough() tells of a ray's hit. */
+/* Asserts that the result of nearest_rough() agrees with that of nearest(), `hit`. */
 static inline void assert_rough_hit(const struct scene *scene, const struct ray *ray,
                                     const struct hit *rough, const struct hit *hit)
 {
@@ -244,7 +243,7 @@ static inline void assert_rough_hit(const struct scene *scene, const struct ray 
     assert_same_hit(&settled, hit);
 }
 
-/* The same bits from the kernels of all levels that this processor has. */
+/* The nearest hit. Asserts that the kernels of all levels that this processor supports return the same bits. */
 static inline struct hit nearest_of(const struct scene *scene, const struct bvh *bvh,
                                     const struct ray *ray)
 {

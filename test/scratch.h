@@ -1,5 +1,4 @@
-/* For tests of loaders: files in a folder that is removed afterwards, and what was said about them.
- */
+/* For tests of loaders: a folder of scene files, which is removed afterwards, and the messages of loading them. */
 #ifndef FARM_TEST_SCRATCH_H
 #define FARM_TEST_SCRATCH_H
 
@@ -21,7 +20,7 @@ struct scratch {
     char folder[64];
     char here[4096];  /* the folder that the tests were started in */
     char said[4096];  /* errors and warnings of the last load */
-    enum reach reach; /* of all loads; at first that of the folder alone */
+    enum reach reach; /* for all loads; REACH_FOLDER at first */
 };
 
 /* Group set-up: makes the folder and goes there, so that messages name files without a path. */
@@ -56,7 +55,7 @@ static inline void scratch_write(const char *name, const char *text)
     scratch_write_bytes(name, text, strlen(text));
 }
 
-/* Loads with at most one override (NULL: none); what is said is kept in s->said. */
+/* Loads a file with at most one override (NULL: none). Messages go to s->said. */
 static inline bool scratch_load(struct scratch *s, const char *name, const char *override,
                                 struct job *job)
 {
@@ -68,7 +67,7 @@ static inline bool scratch_load(struct scratch *s, const char *name, const char 
     return good;
 }
 
-/* The scene block of a file that has to load, with all that was loaded, needed or not; the caller frees it. */
+/* The scene block of a file, which must load, without omitting anything (VARIANT_FULL). The caller frees it. */
 static inline struct scene *scratch_scene(struct scratch *s, const char *name, const char *override)
 {
     struct job job;
@@ -82,7 +81,7 @@ static inline struct scene *scratch_scene(struct scratch *s, const char *name, c
     return scene;
 }
 
-/* Loading has to fail with exactly this line. */
+/* Asserts that loading fails with exactly this message. */
 static inline void scratch_refused(struct scratch *s, const char *name, const char *override,
                                    const char *line)
 {

@@ -1,4 +1,4 @@
-/* What a text has in it, for tests of what is printed or written. Behind cmocka.h. */
+/* Assertions that a printed or written text contains a part. To be included after cmocka.h. */
 #ifndef FARM_TEST_TEXT_H
 #define FARM_TEST_TEXT_H
 
@@ -8,7 +8,7 @@
 static inline void assert_has(const char *text, const char *part)
 {
     if (strstr(text, part)) return;
-    fprintf(stderr, "missing: %s\nin: %s\n", part, text); /* print_error() cuts */
+    fprintf(stderr, "missing: %s\nin: %s\n", part, text); /* print_error() truncates */
     fail();
 }
 

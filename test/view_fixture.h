@@ -1,10 +1,10 @@
-/* A small view for tests that render: from z = 6 towards the origin, one sample, nothing pruned. */
+/* A small view for tests that render: from z = 6 towards the origin, with one sample per pixel and no pruning. */
 #ifndef FARM_TEST_VIEW_FIXTURE_H
 #define FARM_TEST_VIEW_FIXTURE_H
 
 #include "common/scene.h"
 
-/* edge x edge pixels. */
+/* A view of edge x edge pixels. */
 static inline struct view small_view(uint32_t edge)
 {
     return (struct view){.camera = {.eye = {0, 0, 6},

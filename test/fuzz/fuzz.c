@@ -8,7 +8,7 @@
 
 #include "common/message.h"
 
-/* Longer than all warnings and the one mistake of an input; cut text is not judged. */
+/* Messages; usually longer than all warnings and the one error of an input. A truncated text is not judged. */
 static char said[1 << 16];
 
 void fuzz_broken(const char *file, int line, const char *promise)
@@ -159,7 +159,7 @@ static struct scene *block_of(struct job *job)
 static void check_printed(struct job *job)
 {
     char *text = print_job(job);
-    /* Only what an argument holds cannot be written. */
+    /* Only a value of an argument may be impossible to write. */
     if (!text) return;
     struct job again;
     const char *path = fuzz_file("printed.ini", text, strlen(text));
@@ -180,7 +180,7 @@ void fuzz_job(const char *path, const uint8_t *data, size_t size)
     fuzz_listen();
     bool good = load_job(path, &override, override ? 1 : 0, REACH_FOLDER, &job);
     if (good) check_printed(&job);
-    /* What a message says of an argument may look like anything. */
+    /* A message quotes the argument, which may contain what looks like another message. */
     if (override)
         message_capture(NULL, 0);
     else
@@ -201,7 +201,7 @@ void fuzz_loading_end(struct fuzz_loading *loading, bool good)
 
 /* ---- damage ---- */
 
-/* Two bytes of offset, one of length, eight of value. */
+/* Bytes of a triple: two of offset, one of length, eight of value. */
 #define TRIPLE 11
 
 size_t fuzz_damage(const uint8_t *data, size_t size, void *bytes, size_t count)

@@ -1,4 +1,4 @@
-/* INI files and overrides, with all that they include: see fuzz_job(). */
+/* Fuzzes INI files, which may include others, and overrides: see fuzz_job(). */
 #include "test/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,6 +1,7 @@
 /*
- * Journal files: a good one is damaged, and what is read back are some of its records in their order, or,
- * where the damage was sealed with the right checksums as a forger would, records within their bounds.
+ * Fuzzes journal files: damages a good one. What is read back must be some of its records in their order. If the
+ * damaged records got valid checksums, as a forger would give them, what is read back must be records within their
+ * bounds.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +19,7 @@
 #define RECORD  (64 + PAYLOAD)
 #define BYTES   (HEADER + RECORDS * RECORD)
 
-/* Tells which record it is, as far as good ones go. */
+/* The i-th record of the good journal. */
 static struct journal_record make_record(uint32_t i, char payload[PAYLOAD])
 {
     memset(payload, (int)i + 1, PAYLOAD);
@@ -30,8 +31,8 @@ static struct journal_record make_record(uint32_t i, char payload[PAYLOAD])
 
 struct seen {
     uint32_t records;
-    uint32_t next; /* the first of the good ones that may come */
-    bool sealed;   /* fields may be anything */
+    uint32_t next; /* the lowest number that the next record may have */
+    bool sealed;   /* checksums are valid, so fields may have any value */
 };
 
 static bool take(void *state, const struct journal_record *record)
@@ -72,7 +73,7 @@ static void make_good(char good[BYTES])
     fclose(file);
 }
 
-/* Gives each record, as long as it says it is, the checksum that fits. */
+/* Gives each record a valid checksum, for the length that it claims. */
 static void seal(char *bytes, size_t count)
 {
     for (size_t at = HEADER; at + 64 <= count;) {

@@ -1,6 +1,6 @@
 /*
- * Messages on the wire: good ones are damaged, and what the validators of common/protocol.h still
- * accept can be used as the receiver does.
+ * Fuzzes messages: damages good ones. What the validators of common/protocol.h still accept must be safe to use as the
+ * receiver uses it.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -63,7 +63,7 @@ static void check_result(const uint8_t *data, size_t size)
     free(header);
 }
 
-/* The same of a tile of which some pixels got samples. */
+/* The same for a tile of which only some pixels got samples. */
 static void check_pass(const uint8_t *data, size_t size)
 {
     struct tile tile = good_tile;
@@ -139,7 +139,7 @@ static void check_welcome(const uint8_t *data, size_t size)
     struct welcome good = {.magic = WELCOME_MAGIC, .build = BUILD, .scene_bytes = 1};
     size_t bytes = sizeof good;
     struct welcome *welcome = damaged(data, size, &good, &bytes);
-    /* A broadcast has one size: none is cut. */
+    /* A broadcast has a fixed size, so the receiver gets no shorter one. */
     if (bytes == sizeof good && welcome_valid(welcome, BUILD))
         PROMISE(strcmp(welcome->build, BUILD) == 0);
     free(welcome);
@@ -150,7 +150,7 @@ static void check_lot(const uint8_t *data, size_t size)
     struct lot_header good = {.answer_s = 0.5, .tells = 3};
     size_t bytes = sizeof good;
     struct lot_header *lot = damaged(data, size, &good, &bytes);
-    /* Its length is compared before. */
+    /* The receiver has checked the length before. */
     if (bytes == sizeof good && lot_header_valid(lot))
         PROMISE(lot->answer_s >= 0 && lot->tells <= LOT_TILES);
     free(lot);
@@ -175,7 +175,7 @@ static void check_dropped(const uint8_t *data, size_t size)
     struct result_header good = {.tile_id = 3, .pixels = RESULT_DROPPED, .busy_s = 0.5};
     size_t bytes = sizeof good;
     struct result_header *header = damaged(data, size, &good, &bytes);
-    /* Its length is compared before. */
+    /* The receiver has checked the length before. */
     if (bytes == sizeof good && dropped_valid(header))
         PROMISE(isfinite(header->start_s) && isfinite(header->busy_s) && header->busy_s >= 0 &&
                 isfinite(header->cpu_s));

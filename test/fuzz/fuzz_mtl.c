@@ -1,4 +1,4 @@
-/* MTL files: what is accepted is a material that a scene can hold. */
+/* Fuzzes MTL files: an accepted material must be one that a scene can hold. */
 #include "master/load_mtl.h"
 #include "test/fuzz/fuzz.h"
 

@@ -1,4 +1,4 @@
-/* NFF files, as a part of a scene and alone: what is accepted makes a valid scene. */
+/* Fuzzes NFF files, as a part of a scene and as CONFIG: an accepted one must make a valid scene. */
 #include "test/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,4 +1,4 @@
-/* Numbers in text: the same double as strtod, to the last bit. */
+/* Fuzzes numbers in text: the result must have the same bits as that of strtod(). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "common/number.h"
 #include "test/fuzz/fuzz.h"
 
-/* strtod knows more: blanks before the number, hexadecimal, inf and nan. */
+/* strtod() accepts more: blanks before the number, hexadecimal, inf and nan. */
 static bool is_decimal(const char *text)
 {
     size_t sign = *text == '-' || *text == '+';
@@ -17,7 +17,7 @@ static bool is_decimal(const char *text)
     return whole || (*point == '.' && strspn(point + 1, "0123456789"));
 }
 
-/* -0 is not 0. */
+/* So that -0 is not equal to 0. */
 static bool same_bits(double a, double b)
 {
     return a == b && signbit(a) == signbit(b);

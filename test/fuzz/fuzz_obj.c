@@ -1,4 +1,4 @@
-/* OBJ meshes, as a part with every way of smoothing and alone: what is accepted makes a valid scene. */
+/* Fuzzes OBJ files, as a part with every kind of smoothing and as CONFIG: an accepted one must make a valid scene. */
 #include "test/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,4 +1,4 @@
-/* Reference pictures: what is accepted is a PFM of the right size, each float of it taken over. */
+/* Fuzzes reference pictures: an accepted one must be a PFM of the right size, all of whose floats are taken over. */
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /*
- * The scene block as it arrives on another rank: a good block is damaged, and where scene_valid()
- * still accepts it, everything in it can be reached and stands where its header says.
+ * Fuzzes the scene block as it arrives on another rank: damages a good one. If scene_valid() still accepts it,
+ * everything in it must be accessible where its header says.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -40,7 +40,7 @@ static void check_corners(const struct scene *scene, const uint32_t vertex[3])
         PROMISE(vec_is_finite(scene_vertices(scene)[vertex[i]]));
 }
 
-/* Reads all that the kernel may read; the sanitizer sees what lies outside of the block. */
+/* Reads everything that the kernel may read; the sanitizer detects reads outside of the block. */
 static void use(const struct scene *scene)
 {
     uint64_t primitives = 0;
@@ -71,7 +71,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static struct scene *good;
     if (!good) good = good_scene();
     size_t bytes = good->bytes;
-    /* Of the exact size, so that what lies behind it is not ours. */
+    /* Of the exact size, so that the sanitizer detects reads beyond the end. */
     void *whole = allocate(bytes, 1);
     memcpy(whole, good, bytes);
     size_t kept = fuzz_damage(data, size, whole, bytes);
