@@ -57,8 +57,8 @@ struct stability_case {
     const char *name; /* as in the catalogue */
     const char *oracle;
     const char *pass_mark;
-    /* Does all itself, and is given a *result that is zeroed; NULL: the case has budget->rays samples, for share()
-     * by work(), and conclude() is told unit and limit. */
+    /* Runs the whole case and fills in *result, which is zeroed. NULL: budget->rays samples are divided by share() and
+     * processed by work(), and the result is that of conclude() with unit and limit. */
     void (*run)(const struct budget *budget, struct case_result *result);
     void (*work)(struct block *block, const void *context);
     const void *context;
@@ -170,7 +170,7 @@ struct score {
 struct tally {
     struct score paper, ours;
     uint64_t samples;
-    /* If not all samples were given to the paper's formulas, how many; else 0. */
+    /* The number of samples that the paper's formulas were tested with; 0: all of them. */
     uint64_t paper_samples;
     uint64_t fallbacks;
 };
@@ -223,22 +223,22 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
 
 /* ---- scenes ---- */
 
-/* Most cases create a new scene for every so many rays. */
+/* Most cases create a new scene after this many rays. */
 #define RAYS_PER_SCENE 32
 
 /*
- * How the kernel is called, except where it serves as a reference. alike, 1 to ALIKE_MAX: each ray is passed to
- * it so many times at once, so that packets are tested, too. With one more than a packet or a bundle has, the
- * last copy is traced alone and is what the others are compared with.
+ * How the kernel is called, except where it serves as a reference. alike, 1 to ALIKE_MAX: the number of copies of each
+ * ray that are passed to it at once, so that packets are tested, too. With one copy more than a packet or a bundle has
+ * rays, the last copy is traced alone, and the others are compared with it.
  */
 struct stage_way {
     enum processor_level kernel;
     unsigned alike;
 };
 
-#define ALIKE_MAX 33 /* a bundle, and one */
+#define ALIKE_MAX 33 /* the rays of a bundle, and one more */
 
-/* To be called before the first scene. Default: the highest level, and each ray alone. */
+/* To be called before the first scene is made. Default: the highest level, and each ray alone. */
 void stage_set_way(struct stage_way way);
 enum processor_level stage_kernel(void);
 
@@ -267,8 +267,8 @@ void stage_free(struct stage *stage);
 /* The tree of a scene; freed by free(). */
 struct bvh *stage_tree(const struct scene *scene);
 
-/* Room, in entries, for each primitive of a leaf and its corners, in a tree that a case makes itself; and for
- * what is loaded beyond the last one in a row of eight places. */
+/* For trees that a case makes itself, in entries: the room that each primitive of a leaf takes with its corners, and
+ * the room after the last one for what is loaded beyond it in a row of eight places. */
 #define ENTRY_ROOM (1 + (uint32_t)((sizeof(struct bvh_corners) + CORNER_ROWS * 2 + 3) / 4))
 #define LEAF_END   4
 

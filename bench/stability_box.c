@@ -55,7 +55,7 @@ static bool line_in_box(struct box_truth *truth, const struct box *box, const st
     return mpq_cmp(truth->enter, truth->leave) <= 0;
 }
 
-/* The first t > 0 that a double can hold. */
+/* Finds the first crossing with t > 0; none if t is larger than any double. */
 static void solve_box(struct box_truth *truth, const struct box *box, const struct ray *ray)
 {
     truth->hit = false;
@@ -95,7 +95,7 @@ static struct vec3 point_of_box(struct random *random, const struct box *box)
     return p;
 }
 
-/* Components of a direction that are hard on a box. */
+/* A direction with components that are hard cases for a box. */
 static struct vec3 hard_direction(struct random *random)
 {
     static const double hard[] = {0.0, -0.0, 1, -1, 1e-310, -1e-310, 2, -3, 0x1p-40, -0x1p-40};
@@ -129,7 +129,7 @@ static struct ray aim_at_box(struct random *random, const struct box *box)
     }
 }
 
-/* Puts any box in place of what is on the stage. */
+/* Replaces the scene by one of a random box. */
 static void change_box(struct stage *stage, struct random *random)
 {
     stage_free(stage);
@@ -181,7 +181,8 @@ static bool in_sheets_plane(const struct box *box, const struct ray *ray)
     return false;
 }
 
-/* Crossed exactly once when the oracle says so, and not again by going on from there. */
+/* The ray must cross the sheet exactly once if the oracle says so (expected), else never; and a ray that goes on from
+ * there must not hit it again. */
 static void cross_sheet(const struct stage *stage, const struct scene *scene, struct ray ray,
                         bool expected, struct score *score, uint64_t sample)
 {

@@ -40,15 +40,15 @@ enum {
 
 struct cone_truth {
     mpfr_t real[CONE_REALS];
-    unsigned candidates; /* places where the line meets the surface, in CANDIDATE .. */
-    uint32_t part[4];    /* of each */
-    bool along;          /* the line lies in the side: it meets it everywhere */
-    int first;           /* candidate that is the first at t > 0, or -1 */
-    bool tie;            /* another one of another part is as near: either part is right */
+    unsigned candidates; /* crossings of the line and the surface, in CANDIDATE .. */
+    uint32_t part[4];    /* of each crossing */
+    bool along;          /* the line lies in the side, so all its points are crossings */
+    int first;           /* the first candidate with t > 0, or -1 */
+    bool tie;            /* a crossing of another part has the same t: either part is right */
 };
 
-/* Two roots of polynomials in the inputs are equal, or further apart than that: 2048 bits are far
- * more than such polynomials' roots need to be told apart. */
+/* Roots of polynomials in the inputs that agree in this many bits are equal: distinct ones differ by far more, which
+ * the 2048 bits of the numbers resolve. */
 #define SAME_BITS 1500
 
 static bool same(mpfr_t a, mpfr_t b)
@@ -83,8 +83,7 @@ static void solve_coefficients(mpfr_t *real, const struct cone *cone, const stru
     oracle_exact_end();
 }
 
-/* Adds the place `CANDIDATE + candidates`, which is already there, when it is between the end
- * planes; a root that is on a plane counts. */
+/* Counts the crossing that has been stored at CANDIDATE + candidates if it is between the end planes or on one. */
 static void add_if_between(struct cone_truth *truth)
 {
     mpfr_t *real = truth->real;
@@ -120,8 +119,8 @@ static void solve_side(struct cone_truth *truth)
     }
 }
 
-/* The point of an end plane where the line is not outside the cone: with t = n / H1, the sign of
- * A n^2 - 2 B n H1 + C H1^2. */
+/* Counts the crossing with an end plane if the point is not outside the cone. With t = n / H1 this is decided by the
+ * sign of A n^2 - 2 B n H1 + C H1^2. */
 static void solve_cap(struct cone_truth *truth, bool apex)
 {
     mpfr_t *real = truth->real;
@@ -215,7 +214,7 @@ static void cone_block(struct block *block, const void *context)
         }
         struct ray ray = row->aim(&block->random, &cone);
         solve_cone(&truth, &cone, &ray);
-        if (truth.along) continue; /* in the side all the way: no single place is right */
+        if (truth.along) continue; /* in the side all the way: no single crossing is right */
         struct hit ours = stage_nearest(&stage, stage.ours, &ray, &tally->fallbacks);
         struct hit paper = stage_nearest(&stage, stage.paper, &ray, NULL);
         compare(&tally->ours, &ours, &truth, block->first + i);
@@ -256,7 +255,7 @@ static struct vec3 point_of_side(struct random *random, const struct cone *cone,
     return vec_add_scaled(vec_add_scaled(cone->base, w, height), *out, radius);
 }
 
-/* At 1e-1 to 1e-15 to the axis, towards a point of the side, from outside or inside. */
+/* A ray at an angle of 1e-1 to 1e-15 to the axis, towards a point of the side, from outside or inside. */
 static struct ray aim_steep(struct random *random, const struct cone *cone)
 {
     struct vec3 along, out, v;
@@ -275,7 +274,7 @@ static struct cone thin_cylinder(struct random *random)
     return cylinder(random, 1e-12 * length, length);
 }
 
-/* Across the wire, or nearly along it; past it, too. */
+/* A ray across the thin cylinder or nearly along it, which may also miss it. */
 static struct ray aim_at_wire(struct random *random, const struct cone *cone)
 {
     struct vec3 along, out, target = point_of_side(random, cone, &along, &out);
@@ -313,7 +312,7 @@ static struct cone integer_cone(struct random *random)
                          .capped = (uint32_t)random_below(random, 2)};
 }
 
-/* A rational direction along a generator as seen from the tip, when the axis lets it. */
+/* The direction from the tip along a generator: rational, unless the axis prevents that. */
 static struct vec3 generator(struct random *random, const struct cone *cone)
 {
     struct vec3 w = vec_sub(cone->apex, cone->base), across[2];
@@ -341,7 +340,7 @@ static struct ray aim_at_cone(struct random *random, const struct cone *cone)
     switch (random_below(random, 5)) {
     case 0: /* at the tip */
         return stage_ray(vec_add_scaled(cone->apex, d, -steps), d);
-    case 1: /* parallel to a generator, somewhere */
+    case 1: /* parallel to a generator, from anywhere */
         return stage_ray(vec_add(cone->apex, beside), generator(random, cone));
     case 2: /* across the other nappe */
         return stage_ray(vec_add_scaled(beyond, d, -steps), d);
@@ -373,7 +372,7 @@ struct solid_rays {
     bool inside[SOLID_RAYS]; /* exactly one crossing; else none or two */
 };
 
-/* A rim (one ray in eight: those need exact arithmetic), the side, the axis, or anywhere. */
+/* A point on a rim (for one ray in eight, as these need exact arithmetic), on the side, on the axis, or anywhere. */
 static struct vec3 solid_target(struct random *random, const struct cone *solid)
 {
     struct vec3 w = vec_sub(solid->apex, solid->base), along = vec_normalize(w), u, v;
@@ -397,8 +396,7 @@ static struct vec3 solid_target(struct random *random, const struct cone *solid)
     }
 }
 
-/* From far outside, at times along the axis or across it, or from the middle of the axis, which is
- * inside. */
+/* A ray from far outside, sometimes along the axis or across it, or from the middle of the axis, which is inside. */
 static void add_solid_ray(struct solid_rays *rays, struct random *random, const struct cone *solid)
 {
     struct vec3 w = vec_sub(solid->apex, solid->base), along = vec_normalize(w), u, v;

@@ -9,7 +9,7 @@ static struct vec3 any_center(struct random *random, double size)
     return vec_scale(random_unit(random), size * random_log(random, 0.01, 100));
 }
 
-/* ---- row 26: a convex shape is not met again ---- */
+/* ---- row 26: a convex shape is not hit again ---- */
 
 static void add_convex(struct builder *builder, struct random *random, double size)
 {
@@ -49,8 +49,7 @@ static void add_convex(struct builder *builder, struct random *random, double si
     }
 }
 
-/* A ray to the shape from some sizes away; the shape is around one of its vertices or its centre.
- */
+/* A ray from a distance of some sizes to a point near the centre of the shape or, for a triangle, near a vertex. */
 static struct ray ray_to_shape(struct random *random, const struct scene *scene, double size)
 {
     struct vec3 middle;
@@ -69,7 +68,7 @@ static struct ray ray_to_shape(struct random *random, const struct scene *scene,
     return stage_ray(from, vec_normalize(vec_sub(target, from)));
 }
 
-/* Away from the surface, on the side of its normal: half of them flat, down to 1e-12. */
+/* A direction away from the surface on the side of its normal; for half of the rays at grazing angles down to 1e-12. */
 static struct vec3 outward(struct random *random, struct vec3 normal)
 {
     struct vec3 d = random_unit(random), u, v;
@@ -79,8 +78,8 @@ static struct vec3 outward(struct random *random, struct vec3 normal)
     return vec_normalize(vec_add_scaled(u, normal, random_log(random, 1e-12, 1)));
 }
 
-/* Goes on outward from what the ray meets (from either side of a sheet): how often the shape was
- * met in all, 2 being one time too many. */
+/* Continues outward from the hit of a ray (for a triangle or disc on the side that it came from). Returns how often the
+ * shape was hit in all; 2 is an error. */
 static int meets_again(const struct stage *stage, const struct scene *scene, const struct ray *ray,
                        struct random random, uint64_t *fallbacks)
 {
@@ -96,7 +95,7 @@ static int meets_again(const struct stage *stage, const struct scene *scene, con
     return stage_nearest(stage, scene, &next, fallbacks).primitive == PRIMITIVE_NONE ? 1 : 2;
 }
 
-/* 1000 rays per shape, the shape's size from 1e-8 to 1e8. */
+/* Tests shapes of sizes from 1e-8 to 1e8 with 1000 rays each. */
 static void convex_block(struct block *block, const void *context)
 {
     (void)context;
@@ -117,7 +116,7 @@ static void convex_block(struct block *block, const void *context)
         if (ours == 2) score_wrong(&block->tally->ours, block->first + i);
         if (meets_again(&stage, stage.paper, &ray, next, NULL) == 2)
             score_wrong(&block->tally->paper, block->first + i);
-        if (ours > 0) block->tally->samples++; /* a ray past the shape tells nothing */
+        if (ours > 0) block->tally->samples++; /* a ray that misses the shape is no sample */
     }
     stage_free(&stage);
 }
@@ -126,9 +125,8 @@ static void convex_block(struct block *block, const void *context)
 
 static const double gaps[] = {4e-5, 1e-8, 1e-12};
 
-/* Something and the same thing a gap further in: spheres, boxes or discs of size about 1. The outer
- * one has the lower id of its kind. Returns the direction in which the inner one lies from a point
- * of the outer: against its normal. */
+/* A scene of two shells, an outer and an inner one, a small gap apart: spheres, boxes or discs of size about 1. The
+ * outer one has the lower id. The inner one lies on the side of the outer one that its normal points away from. */
 static struct stage shells(struct random *random)
 {
     struct builder *builder = builder_create();
@@ -155,7 +153,7 @@ static struct stage shells(struct random *random)
     return stage_finish(builder, NULL);
 }
 
-/* Into the shape, no flatter than 60 degrees from its normal: the inner shell is there. */
+/* A direction into the shape, at no more than 60 degrees to its normal, so that it meets the inner shell. */
 static struct vec3 inward(struct random *random, struct vec3 normal)
 {
     struct vec3 u, v;
@@ -169,7 +167,7 @@ static enum primitive_kind shell_kind(const struct scene *scene)
     return scene->primitives[PRIMITIVE_BOX].count ? PRIMITIVE_BOX : PRIMITIVE_DISC;
 }
 
-/* A point well within the outer shell's surface (not at a box's edge) and the ray to it. */
+/* A ray to a point of the outer shell that is not near an edge or rim. */
 static struct ray ray_to_shell(struct random *random, const struct scene *scene)
 {
     struct vec3 n = random_unit(random), u, v, target;
@@ -203,7 +201,7 @@ static struct ray ray_to_shell(struct random *random, const struct scene *scene)
     return stage_ray(vec_add_scaled(target, d, -random_between(random, 1, 20)), d);
 }
 
-/* From the outer shell, which the ray meets first, further inward: the inner shell is next. */
+/* Whether the ray hits the outer shell first, and a ray that goes on inward from there hits the inner one. */
 static bool finds_inner(const struct stage *stage, const struct scene *scene, const struct ray *ray,
                         struct random random, uint64_t *fallbacks)
 {
@@ -285,8 +283,8 @@ static struct ray ray_to_pane(struct random *random, const struct scene *scene, 
     return stage_ray(vec_add_scaled(target, direction, -random_between(random, 1, 100)), direction);
 }
 
-/* Goes on through a surface by Snell's law, from one index of refraction to another; false when
- * there is none, or no way through. *cosine is that of the angle to the surface's normal. */
+/* Continues the ray through the surface that it hits by Snell's law, from one index of refraction to another. *cosine:
+ * that of the angle between the ray and the normal. false: it hits nothing, or is totally reflected. */
 static bool pass_surface(const struct stage *stage, const struct scene *scene, struct ray *ray,
                          double from, double to, double *cosine, uint64_t *fallbacks)
 {
@@ -303,10 +301,10 @@ static bool pass_surface(const struct stage *stage, const struct scene *scene, s
 }
 
 /*
- * In, out, and away in the direction it came from. The direction in the glass is rounded to
- * doubles; its part along the surface, wrong by up to u, becomes an error of the part across it
- * that is 1 / cos times as large when the ray leaves at that angle. No formula can undo that, so
- * the error is measured in u / cos.
+ * The ray must enter the pane, leave it, and go on in its first direction without a further hit. The direction in the
+ * glass is rounded to doubles. If its component along the surface errs by u, the component across the surface errs by
+ * 1 / cos times as much when the ray leaves at that angle. No formula can undo that, so the error is measured in
+ * u / cos.
  */
 static void through_pane(const struct stage *stage, const struct scene *scene, struct ray ray,
                          struct score *score, uint64_t sample, uint64_t *fallbacks)
@@ -375,8 +373,8 @@ static struct stage ball_on_floor(struct random *random)
     return stage_finish(builder, NULL);
 }
 
-/* Through the ball from above to a point of its lower side that is close to the contact: 1e-9 of
- * the radius and less to all of it. */
+/* A ray from above through the ball to a point of its lower half, which is beside the point of contact by 1e-12 to 0.5
+ * times the radius. */
 static struct ray ray_through_ball(struct random *random, const struct sphere *ball)
 {
     double angle = random_between(random, 0, 2 * acos(-1));
@@ -390,7 +388,7 @@ static struct ray ray_through_ball(struct random *random, const struct sphere *b
     return stage_ray(from, vec_normalize(vec_sub(exit, from)));
 }
 
-/* Into the ball, out of it, and then the floor: the floor is never met inside, never missed. */
+/* Whether the ray enters the ball, leaves it, and only then hits the floor. */
 static bool reaches_floor(const struct stage *stage, const struct scene *scene, struct ray ray,
                           uint64_t *fallbacks)
 {

@@ -29,7 +29,7 @@ static void add_indexed(struct builder *builder, uint32_t material, uint32_t a, 
     expect_added(builder_add_triangle(builder, &triangle));
 }
 
-/* Corners repeated, and the exact middle of an edge between its ends: no area. */
+/* Adds triangles without area: with repeated corners, and with the exact middle of an edge between its ends. */
 static void add_degenerate(struct builder *builder, uint32_t material, const uint32_t corner[3])
 {
     struct vec3 a = builder_vertex(builder, corner[0]), b = builder_vertex(builder, corner[1]);
@@ -41,7 +41,8 @@ static void add_degenerate(struct builder *builder, uint32_t material, const uin
     add_indexed(builder, material, corner[0], middle, corner[1]);
 }
 
-/* A mirroring ball over a floor, opaque, in the light of two lamps. */
+/* An opaque, partly mirroring ball over a floor, in the light of one lamp. extra: with degenerate and repeated
+ * triangles, too. */
 static struct stage ball_stage(const struct budget *budget, const struct mesh *mesh, bool extra)
 {
     struct builder *builder = builder_create();
@@ -104,7 +105,7 @@ static void run_22(const struct budget *budget, struct case_result *result)
 
 #define COPIES 24
 
-/* A triangle, COPIES times, its corners in one of three orders each. */
+/* COPIES copies of one triangle, each with its corners in a random cyclic order. */
 static struct stage copies_stage(struct random *random)
 {
     struct builder *builder = builder_create();
@@ -161,8 +162,8 @@ static void plant_alone(struct lone_tree *tree, const struct stage *stage,
     bvh_write_corners(scene, tree->head.center, tree->leaves, 1);
 }
 
-/* The lowest of the triangles that the ray meets, each in a tree of its own: brute force by the
- * same test. All that it meets are equally far. */
+/* The lowest id of the triangles that the ray hits, by brute force with the kernel's own test: each triangle is tested
+ * in a tree of its own. All hits have the same distance. */
 static uint32_t lowest_alone(const struct stage *stage, const struct scene *scene,
                              const struct ray *ray)
 {
@@ -190,7 +191,7 @@ static void copies_block(struct block *block, const void *context)
             stage_free(&stage);
             stage = copies ? copies_stage(random) : overlap_stage(random);
         }
-        /* Through exact integers of the plane z = 1, or anything. */
+        /* Overlaps: exactly through integer points of the plane z = 1; copies: in any direction. */
         double x = (double)random_below(random, 17) - 8, y = (double)random_below(random, 17) - 8;
         struct vec3 target = vec3(x, y, 1);
         struct vec3 from = copies ? vec_scale(random_unit(random), 30) : vec3(x, y, -7);

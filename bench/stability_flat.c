@@ -3,7 +3,7 @@
 
 enum { F, D = F + 3, N = D + 3, DN = N + 3, FN, T, P, PP = P + 3, RR, FLAT_REALS };
 
-/* t = -(f.n) / (d.n) for the normal as the scene block has it; whether that is ahead. */
+/* Computes t = -(f.n) / (d.n) with the normal that is in the scene block. Returns whether t > 0. */
 static bool solve_plane(mpfr_t *real, struct vec3 point, struct vec3 normal, const struct ray *ray)
 {
     oracle_exact_begin();
@@ -19,7 +19,7 @@ static bool solve_plane(mpfr_t *real, struct vec3 point, struct vec3 normal, con
     return mpfr_sgn(real[T]) > 0;
 }
 
-/* |f (d.n) - d (f.n)|^2 <= r^2 (d.n)^2: the plane's point is on the closed disc. */
+/* Computes t, and returns whether t > 0 and the point is on the closed disc: |f (d.n) - d (f.n)|^2 <= r^2 (d.n)^2. */
 static bool solve_disc(mpfr_t *real, const struct disc *disc, const struct ray *ray)
 {
     if (!solve_plane(real, disc->center, disc->normal, ray)) return false;
@@ -43,8 +43,7 @@ static struct stage plane_stage(struct random *random)
     return stage_finish(builder, NULL);
 }
 
-/* n.d down to 1e-15; every eighth ray is parallel to the plane without any rounding, when the
- * normal lets it. */
+/* A ray with n.d down to 1e-15. Where the normal allows it, every eighth ray is exactly parallel to the plane. */
 static struct ray aim_along(struct random *random, const struct plane *plane)
 {
     struct vec3 u, v, n = plane->normal;
@@ -76,7 +75,7 @@ static void plane_block(struct block *block, const void *context)
     reals_clear(real, FLAT_REALS);
 }
 
-/* Random; or about an integer centre across an axis, with a rim through integer points. */
+/* A random disc; or one orthogonal to an axis, with an integer centre and integer points on its rim. */
 static struct disc any_disc(struct random *random, bool integers)
 {
     struct disc disc = {.center = random_point(random, 10),
@@ -90,7 +89,7 @@ static struct disc any_disc(struct random *random, bool integers)
     return disc;
 }
 
-/* value, or a neighbour of it; 0 stays, its neighbours are of another size. */
+/* value, or one of the neighbouring doubles; 0 stays 0, as its neighbours are of another magnitude. */
 static double ulp_step(struct random *random, double value)
 {
     if (value == 0) return value;
@@ -116,8 +115,8 @@ static struct ray aim_at_rim(struct random *random, const struct disc *disc)
     return stage_ray(origin, direction);
 }
 
-/* Along the normal or obliquely by integers through (3, 4) r/5 from the centre, or one ulp beside
- * it. */
+/* A ray to the point of the rim at (3, 4) r/5 from the centre: in an oblique direction of integers, or along the normal
+ * through it or one ulp beside it. */
 static struct ray aim_at_integer_rim(struct random *random, const struct disc *disc)
 {
     unsigned z = component(disc->normal, 0) != 0 ? 0 : component(disc->normal, 1) != 0 ? 1 : 2;

@@ -9,7 +9,8 @@
 #include "common/clock.h"
 #include "common/message.h"
 
-/* The catalogue has 58; row 59 is the whole picture beside one in 448 bits, 60 and 61 are of solids that touch. */
+/* The catalogue itself has 58 rows. Row 59 compares whole pictures with those of the reference renderer in 448 bits;
+ * rows 60 and 61 are about surfaces that touch. */
 #define LAST_ROW 61
 
 #define FULL_RAYS  UINT64_C(1000000)
@@ -163,7 +164,7 @@ static FILE *open_table(const char *path, const char *head)
     return file;
 }
 
-/* A cell that is empty where nothing was measured. */
+/* Writes a cell, empty if nothing was measured. */
 static void put_cell(FILE *file, bool measured, double value)
 {
     if (measured)

@@ -1,8 +1,8 @@
 /*
  * Rows 17-21: closed meshes.
  *
- * Crossings are counted so: every triangle transmits half of the light, so that occluded() returns 2^-k for a
- * ray that crosses k of them; nearest() is called for the same ray and has to agree on whether k is 0. From a
+ * How crossings are counted: every triangle transmits half of the light, so that occluded() returns 2^-k for a ray that
+ * crosses k of them. nearest() is called for the same ray and has to agree on whether k is 0. From a
  * point in the kernel of a star-shaped mesh (a point that sees the whole surface) topology dictates k = 1; from
  * any other point inside, k is odd.
  */
@@ -38,14 +38,14 @@ struct star {
     struct mesh mesh;
     struct stage stage;
     struct vec3 middle;
-    struct vec3 scale;   /* of the axes, powers of two: the mesh is a scaled one */
-    double kernel;       /* radius, before scaling: half of what the mesh's planes leave free */
-    double inside;       /* the same of a ball that is inside the mesh; 0: not known */
-    bool at_the_corners; /* rays go to the vertices and edges one by one, else anywhere */
+    struct vec3 scale;   /* scaling of the mesh along the axes: powers of two */
+    double kernel;       /* kernel_radius() before scaling: of a ball in the mesh's kernel */
+    double inside;       /* radius of a ball inside the mesh, before scaling; 0: unknown */
+    bool at_the_corners; /* rays go to all vertices and edges in turn, else anywhere */
 };
 
-/* Distance of the nearest plane of a triangle from p: what p sees all triangles from inside of,
- * and all points closer to p, too. */
+/* Half of the distance from p to the nearest plane of a triangle. Points closer to p than this distance are inside of
+ * all planes, like p itself, and so in the kernel. */
 static double kernel_radius(const struct mesh *mesh, struct vec3 p)
 {
     double least = HUGE_VAL;
@@ -67,7 +67,7 @@ static struct vec3 in_ball(struct random *random, double radius)
     return vec3(quantise(p.x), quantise(p.y), quantise(p.z));
 }
 
-/* A vertex or a point of an edge: the sample'th of all of them, over and over. */
+/* A vertex or a point of an edge: sample numbers go through all of them in turn, again and again. */
 static struct vec3 corner_target(const struct mesh *mesh, uint64_t sample, struct random *random)
 {
     uint64_t which = sample % ((uint64_t)mesh->vertices + 3 * (uint64_t)mesh->triangles);
@@ -82,7 +82,7 @@ static struct vec3 corner_target(const struct mesh *mesh, uint64_t sample, struc
 
 struct star_ray {
     struct ray ray;
-    bool in_kernel; /* exactly one crossing; else an odd number */
+    bool in_kernel; /* there must be exactly one crossing; else an odd number */
 };
 
 static struct star_ray any_star_ray(const struct star *star, uint64_t sample, struct random *random)
@@ -101,7 +101,7 @@ static struct star_ray any_star_ray(const struct star *star, uint64_t sample, st
     return any;
 }
 
-/* How many rays go through the kernel together. */
+/* Rays that are passed to the intersection kernel together. */
 #define BATCH 256
 
 static void check_batch(const struct star *star, const struct scene *scene,
@@ -124,7 +124,7 @@ static void check_batch(const struct star *star, const struct scene *scene,
         tally->paper_samples += count;
 }
 
-/* The paper's formulas are only counted on one block in so many: they are not what is certified. */
+/* The paper's formulas are tested on one block of this many only, as it is not they that are certified. */
 #define PAPER_SHARE 16
 
 static void star_block(struct block *block, const void *context)
@@ -148,7 +148,7 @@ static void star_block(struct block *block, const void *context)
     }
 }
 
-/* Takes the mesh over. */
+/* Casts rays from inside the mesh; frees the mesh. */
 static void cast_in_star(const struct budget *budget, int number, uint64_t rays, struct star *star,
                          struct tally *tally)
 {
@@ -199,9 +199,9 @@ static void run_19(const struct budget *budget, struct case_result *result)
 }
 
 /*
- * Rays among flattened triangles are slow: nothing tells a tree that the sheets on both sides of a
- * flat mesh are worth separating, so that a ray along the mesh meets the boxes of all columns on its
- * way. Many small meshes, each rough in its own way, have as many triangles as the large one.
+ * Rays in flattened meshes are slow: the tree does not separate the two sides of a flat mesh, so a ray along the mesh
+ * meets the boxes of all columns on its way. Therefore many small meshes, each with a roughness of its own, replace a
+ * large one with as many triangles.
  */
 static void cast_in_flat_balls(const struct budget *budget, int number, struct vec3 scale,
                                bool at_the_corners, uint64_t rays, struct tally *tally)
@@ -216,8 +216,8 @@ static void cast_in_flat_balls(const struct budget *budget, int number, struct v
     }
 }
 
-/* The ball flattened to these sizes, then needles, with fewer rays: the boxes of needles that share
- * a tip overlap, so that a ray meets a good part of them all. */
+/* Balls flattened by these factors, then needles with fewer rays: as the boxes of needles with a common tip overlap, a
+ * ray meets many of them. */
 static void run_20(const struct budget *budget, struct case_result *result)
 {
     static const struct vec3 scales[] = {
@@ -236,8 +236,8 @@ static void run_20(const struct budget *budget, struct case_result *result)
 
 /* ---- row 21: a lattice ---- */
 
-/* The cube's surface, with lattice points inside its faces moved outward by whole steps: along an
- * axis, from inside the cube, every ray meets one face once. */
+/* The surface of a cube, with the lattice points inside its faces moved outward by whole steps. A ray along an axis
+ * from inside the cube crosses it exactly once. */
 static struct mesh lattice_mesh(uint32_t n)
 {
     struct mesh mesh = cube_mesh(n);
@@ -261,7 +261,8 @@ static double lattice_coordinate(struct random *random, uint32_t n)
     return fmin(0.5 * steps, n - 1) - 0.5 * n;
 }
 
-/* From a lattice point or half-way between two, along an axis; zeros of both signs. */
+/* A ray from a lattice point or from half-way between two, along an axis. The other components are zeros of random
+ * sign. */
 static struct ray lattice_ray(struct random *random, uint32_t n)
 {
     double x = lattice_coordinate(random, n), y = lattice_coordinate(random, n);

@@ -1,4 +1,4 @@
-/* Row 10: meaningless numbers, which the loaders have to refuse. */
+/* Row 10: meaningless numbers, which the loaders must refuse. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "common/message.h"
 #include "master/load.h"
 
-/* Scenes that have to be refused, and the line that is at fault. */
+/* Scenes that must be refused, and the line with the error. */
 static const struct {
     const char *extension, *text;
     int line;
@@ -32,7 +32,7 @@ static const struct {
     {"nff", "f 1 1 1 1 0 0 0 1\ns 0 1e999 0 1\n", 2},
 };
 
-/* Whether loading says one line that begins with "path:line:". */
+/* Whether loading reports exactly one line, which begins with "path:line:". */
 static bool is_refused(const char *folder, size_t which)
 {
     char message[1024] = "";

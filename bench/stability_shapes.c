@@ -35,8 +35,8 @@ static uint32_t lattice_vertex(struct lattice *lattice, const uint32_t at[3])
     return *index;
 }
 
-/* The cell (i, j) of the face of `axis` at 0 or n, as two triangles that face outward; its diagonal
- * alternates like the colours of a chess-board. */
+/* Adds the cell (i, j) of the face at 0 or n along `axis`, as two triangles that face outward. The diagonals of
+ * neighbouring cells alternate. */
 static void add_cell(struct lattice *lattice, unsigned axis, bool far, uint32_t i, uint32_t j)
 {
     unsigned u = (axis + 1) % 3, v = (axis + 2) % 3;

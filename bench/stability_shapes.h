@@ -22,8 +22,8 @@ struct mesh cube_mesh(uint32_t n);
  * differences of such points are exact and rays go exactly through vertices and the middles of edges. */
 struct mesh ball_mesh(uint32_t n, uint64_t seed);
 
-/* Two tips and a ring of n vertices, in groups, whose distances go down to some 1e-12: 2 n needles.
- * The ring closes because the steps are normalised by their sum, a few hundred. */
+/* Two tips and a ring of n vertices between them: 2 n needles. The distances of vertices in the ring vary group by
+ * group and go down to some 1e-12; they are normalised by their sum, a few hundred, so that the ring closes. */
 struct mesh needle_mesh(uint32_t n);
 
 void mesh_scale(struct mesh *mesh, struct vec3 factor);

@@ -95,8 +95,8 @@ static struct ray ray_past(struct random *random, const struct sphere *sphere, d
     return stage_ray(vec_add_scaled(sphere->center, toward, -distance), vec_normalize(direction));
 }
 
-/* Of radius 1: half of the rays well inside or outside, half close to the tangent, on both sides.
- */
+/* The offset of a ray from the centre of a sphere of radius 1: for half of the rays anywhere, for half of them close to
+ * the tangent, on both sides. */
 static double any_offset(struct random *random)
 {
     if (random_bits(random) >> 63) return random_between(random, 0, 1.2);
@@ -129,7 +129,7 @@ static struct ray aim_scaled(struct random *random, const struct sphere *sphere)
     return ray;
 }
 
-/* t of a direction 2^k times as long is 2^-k times as large, bit for bit. */
+/* Tests that a direction that is 2^k times as long gives a t that is 2^-k times as large, bit for bit. */
 static void scaling_block(struct block *block, const void *context)
 {
     (void)context;
@@ -262,7 +262,7 @@ static void normal_block(struct block *block, const void *context)
 
 #define SHELLS 5
 
-/* From the innermost to the outermost, so that the order of ids is not that of distance. */
+/* Adds the innermost shell first, so that ids do not have the order of distances. */
 static struct stage shell_stage(const struct sphere *inner, struct sphere shells[SHELLS])
 {
     struct builder *builder = builder_create();
@@ -274,7 +274,7 @@ static struct stage shell_stage(const struct sphere *inner, struct sphere shells
     return stage_finish(builder, NULL);
 }
 
-/* The ids that a ray through all of it meets: 4 3 2 1 0 0 1 2 3 4, by going on from each. */
+/* Whether a ray through all shells that goes on from each hit meets the ids 4 3 2 1 0 0 1 2 3 4, and nothing more. */
 static bool order_is_right(const struct stage *stage, const struct scene *scene, struct ray ray,
                            uint64_t *fallbacks)
 {
@@ -291,8 +291,7 @@ static bool order_is_right(const struct stage *stage, const struct scene *scene,
     return stage_nearest(stage, scene, &ray, fallbacks).primitive == PRIMITIVE_NONE;
 }
 
-/* Whether the first hit of a ray near the tangent is the outermost shell that the oracle lets it
- * meet, and at the right place. */
+/* Scores the first hit of a ray near the tangent: it must be on the outermost shell that the ray hits by the oracle. */
 static void first_shell(const struct hit *hit, struct sphere_truth *truth,
                         const struct sphere shells[SHELLS], const struct ray *ray,
                         struct score *score, uint64_t sample)

@@ -1,4 +1,4 @@
-/* What the rows about spheres share: the oracle, and the run of a row. */
+/* Shared by the rows about spheres: the oracle, and the run of a row. */
 #ifndef FARM_BENCH_STABILITY_SPHERE_H
 #define FARM_BENCH_STABILITY_SPHERE_H
 
@@ -25,7 +25,7 @@ void compare_to_truth(const struct stage *stage, const struct ray *ray, struct s
 
 struct stage sphere_stage(const struct sphere *sphere);
 
-/* A random sphere whose size and place are not stiff. */
+/* A random sphere of ordinary size and position. */
 struct sphere any_sphere(struct random *random);
 
 /* A row of the catalogue: random spheres, and rays that are aimed at them. */
@@ -35,7 +35,7 @@ struct sphere_row {
     double (*error)(double value, mpfr_t truth);
 };
 
-/* The row's rays through the kernel and the oracle; row: struct sphere_row. */
+/* Traces the row's rays with the kernel, compares them with the oracle, and fills in the result. */
 void run_sphere_row(const struct budget *budget, struct case_result *result,
                     const struct sphere_row *row);
 

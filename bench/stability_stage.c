@@ -1,4 +1,4 @@
-/* What the cases share: scenes, threads, and sums of errors. */
+/* Shared by the cases: scenes, threads, and sums of errors. */
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -164,7 +164,7 @@ enum processor_level stage_kernel(void)
     return the_way.kernel;
 }
 
-/* nearest() or occluded(): an answer for each ray, all of one size and without padding. */
+/* Calls nearest() or occluded(). answers: one per ray, all of the same size and without padding. */
 typedef void ask_kernel(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                         size_t count, void *answers, uint64_t *fallbacks);
 
@@ -285,7 +285,7 @@ struct bvh *stage_tree(const struct scene *scene)
 struct stage stage_finish(struct builder *builder, const struct view *view)
 {
     struct view all = view ? *view : stage_view(vec3(0, 0, 0), vec3(0, 0, -1), 40, 1, 1);
-    all.variant = VARIANT_FULL; /* what lies in one place with something else is looked at, too */
+    all.variant = VARIANT_FULL; /* keeps primitives that coincide with others */
     struct stage stage = {.ours = builder_finish(builder, &all)};
     stage.ours->view.variant = VARIANT_AUTO;
     builder_destroy(builder);

@@ -3,7 +3,7 @@
 
 /* ---- rows 5, 6: exactly at the tangent ---- */
 
-/* Orthogonal integer vectors of the same integer length: rational frames without any root. */
+/* Pairs of orthogonal integer vectors of the same integer length: frames that need no roots. */
 static const struct {
     struct vec3 along, across;
     double length;
@@ -35,7 +35,7 @@ static struct vec3 integer_vector(struct random *random, uint64_t reach)
     return vec3(x, y, (double)random_below(random, 2 * reach) - (double)reach);
 }
 
-/* Touches at exactly t = steps: wrong when the hit is missed or t is not that very number. */
+/* Tests rays that touch the sphere at exactly t = steps. A hit that is missed or has another t is wrong. */
 static void tangent_block(struct block *block, const void *context)
 {
     (void)context;
@@ -62,7 +62,7 @@ static void tangent_block(struct block *block, const void *context)
     }
 }
 
-/* A sphere about the origin with a radius that has 64 neighbours on both sides in its binade. */
+/* A sphere around the origin. On either side of its radius there are at least 64 doubles in the same binade. */
 static struct sphere centred_sphere(struct random *random)
 {
     double mantissa = random_between(random, 1.001, 1.999);
@@ -70,8 +70,8 @@ static struct sphere centred_sphere(struct random *random)
     return (struct sphere){.center = vec3(0, 0, 0), .radius = ldexp(mantissa, exponent)};
 }
 
-/* A line at exactly r + k ulp(r) from the centre: through that point of one axis, in a direction
- * across that axis. */
+/* A ray whose line is at exactly r + k ulp(r) from the centre: it goes through the point at that distance on an axis,
+ * in a direction orthogonal to the axis. */
 static struct ray aim_rim(struct random *random, const struct sphere *sphere)
 {
     double ulp = nextafter(sphere->radius, HUGE_VAL) - sphere->radius;
@@ -106,8 +106,8 @@ static struct ray leave_sphere(struct random *random, const struct sphere *spher
     return ray;
 }
 
-/* The ray says that it starts on the sphere, so c is 0 however its origin was rounded: the roots
- * are 0 and 2 b / a. */
+/* For a ray that names the sphere as the surface that it starts on: c is 0, however its origin was rounded, and the
+ * roots are 0 and 2 b / a. */
 static void solve_leaving(struct sphere_truth *truth, const struct sphere *sphere,
                           const struct ray *ray)
 {

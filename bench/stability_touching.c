@@ -1,4 +1,4 @@
-/* Rows 60 and 61: an object that fills another one exactly, and edges that rays hit to the last bit. */
+/* Rows 60 and 61: an object that exactly fills another one, and rays that exactly hit edges. */
 #include <string.h>
 
 #include "bench/stability.h"
@@ -12,7 +12,8 @@ struct filled {
     double radius;
 };
 
-/* Two in one sphere or cone, or in one cylinder that the water does not fill to the brim. */
+/* Two solids with a common surface, the water in its glass: the same sphere or cone twice, or two cylinders of one
+ * radius of which the inner one is shorter. */
 static struct filled fill(struct random *random)
 {
     struct builder *builder = builder_create();
@@ -39,7 +40,7 @@ static struct filled fill(struct random *random)
     return filled;
 }
 
-/* From the side, to the middle. */
+/* A ray from the side towards a point near the middle. */
 static struct ray ray_to_middle(struct random *random, const struct filled *filled)
 {
     struct vec3 from = random_unit(random);
@@ -52,7 +53,7 @@ static struct ray ray_to_middle(struct random *random, const struct filled *fill
     return stage_ray(vec_add(filled->center, from), vec_normalize(way));
 }
 
-/* In through both, out through both, and no more. */
+/* Whether the ray enters both solids, leaves both, and hits nothing more. */
 static bool passes_both(const struct stage *stage, const struct scene *scene, struct ray ray,
                         uint64_t *fallbacks)
 {
@@ -102,7 +103,7 @@ static struct vec3 turned(const struct vec3 frame[3], struct vec3 v)
     return vec_add_scaled(vec_add_scaled(sum, frame[1], v.y), frame[2], v.z);
 }
 
-/* Of triangles with common vertices. */
+/* Adds the walls of the room as triangles with common vertices. */
 static void add_mesh(struct builder *builder, const struct room *room, uint32_t material)
 {
     static const unsigned cube[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
@@ -120,13 +121,13 @@ static void add_mesh(struct builder *builder, const struct room *room, uint32_t 
     }
 }
 
-/* A cube's walls, each a plane or a disc. */
+/* Adds the walls of a cube, each as a plane or a disc. */
 static void add_walls(struct builder *builder, struct random *random, const struct room *room,
                       const struct vec3 frame[3], uint32_t material)
 {
     double size = vec_largest(vec_sub(room->corner[7], room->corner[0]));
     for (unsigned i = 0; i < 6; i++) {
-        /* The corners 0 and 7 are in three walls each. */
+        /* Three walls meet in corner 0, the other three in corner 7. */
         struct vec3 at = room->corner[i % 2 ? 7 : 0];
         struct vec3 inward = vec_scale(frame[i / 2], i % 2 ? -1 : 1);
         struct plane plane = {at, inward, material, 0};
@@ -138,7 +139,7 @@ static void add_walls(struct builder *builder, struct random *random, const stru
     }
 }
 
-/* A cube or a tetrahedron, along the axes or turned. */
+/* A room of mirrors: a cube or a tetrahedron, aligned with the axes or turned. */
 static struct room make_room(struct random *random)
 {
     static const unsigned of_cube[4] = {0, 3, 5, 6};
@@ -166,7 +167,8 @@ static struct room make_room(struct random *random)
     return room;
 }
 
-/* In eighths: from within to an edge, a diagonal of a side or a corner, exactly where the room is not turned. */
+/* A ray from inside to a point of an edge or of a face's diagonal that divides it in eighths, or to a corner. If the
+ * room is not turned, it meets this point exactly. */
 static struct ray ray_to_edge(struct random *random, const struct room *room)
 {
     struct vec3 from = {0, 0, 0}, target;
@@ -178,7 +180,7 @@ static struct ray ray_to_edge(struct random *random, const struct room *room)
     from = vec_add_scaled(vec_scale(from, 0.75), room->corner[random_below(random, room->corners)],
                           0.25);
     while (room->corners == 8 && (a ^ b) == 7)
-        b = (unsigned)random_below(random, 8); /* no diagonal of the room */
+        b = (unsigned)random_below(random, 8); /* not a diagonal of the cube */
     target = vec_add_scaled(vec_scale(room->corner[a], 1 - part), room->corner[b], part);
     return stage_ray(from, vec_sub(target, from));
 }

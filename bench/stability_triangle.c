@@ -2,8 +2,8 @@
 #include "bench/oracle.h"
 #include "bench/stability.h"
 
-/* The corners from the origin, cross products, and E_i = d . (corner j x corner k), whose signs
- * tell on which side of the edges the line passes. */
+/* The corners relative to the ray's origin, cross products, and E_i = d . (corner j x corner k), whose signs tell on
+ * which side of each edge the line passes. */
 enum { C0, CROSS = C0 + 9, DIR = CROSS + 3, E = DIR + 3, DET = E + 3, TIME, SIZE, TERM, TRI_REALS };
 
 static void solve_edges(mpfr_t *real, const struct vec3 corner[3], const struct ray *ray)
@@ -27,8 +27,8 @@ static unsigned largest_axis(struct vec3 d)
     return z >= x && z >= y ? 2 : y >= x ? 1 : 0;
 }
 
-/* TIME = sum E_i z_i / det / d_z, and SIZE = sum |E_i z_i| / |det| / |d_z|, z along the largest
- * component of the direction. */
+/* Computes TIME = t = sum E_i z_i / det / d_z, and SIZE = sum |E_i z_i| / |det| / |d_z|. z is the axis of the
+ * direction's largest component. */
 static void solve_time(mpfr_t *real, const struct ray *ray)
 {
     unsigned z = largest_axis(ray->direction);
@@ -126,13 +126,14 @@ static void grazing_block(struct block *block, const void *context)
     reals_clear(real, TRI_REALS);
 }
 
-/* Three triangles: one has the whole edge p r, the two beyond it meet at a point t of that edge. */
+/* Three triangles: one has the whole edge p r, and the two on its other side share a vertex t on that edge. */
 struct junction {
     struct vec3 corner[3][3];
     struct vec3 p, r;
 };
 
-/* In a plane of integers, t is exactly on the edge; turned at random, it is rounded off it. */
+/* If the plane has integer coordinates, t is exactly on the edge; if it is turned at random, t is rounded and beside
+ * the edge. */
 static struct junction any_junction(struct random *random)
 {
     struct vec3 origin = integer_point(random, 50), u = {1, 0, 0}, v = {0, 1, 0};
@@ -163,7 +164,7 @@ static struct stage junction_stage(const struct junction *junction)
     return stage_finish(builder, NULL);
 }
 
-/* The line meets the closed triangle at t > 0, which does not contain the line. */
+/* Whether the line meets the closed triangle at t > 0 and does not lie in its plane. */
 static bool meets_closed(mpfr_t *real, const struct vec3 corner[3], const struct ray *ray)
 {
     solve_edges(real, corner, ray);
