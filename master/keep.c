@@ -10,8 +10,7 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
     return save_use(save, tile);
 }
 
-/* These pixels in per cent of the picture. Tiles are not counted, as each run cuts the picture in its own way. */
-static double per_cent(const struct run *run, uint64_t pixels)
+double per_cent(const struct run *run, uint64_t pixels)
 {
     return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
 }

@@ -53,23 +53,28 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
-/* The time to allocate the picture's memory has a row of its own if it is at least this fraction of the total. It takes
- * seconds for a picture of a hundred million pixels. */
-#define ROOM_TOLD 0.01
+/* The times to allocate the picture's memory and to open a journal from which nothing is read have rows of their own if
+ * they are at least this fraction of the total. They take seconds for a picture of a hundred million pixels, or for a
+ * scene of gigabytes, a hash of which is in the journal. */
+#define SHOWN_FROM 0.01
 
 /* "starting MPI" and "sharing scene" include the time for which MPI's calls wait until all ranks have got there; MPI
  * does not tell how much that is. */
 void put_run_times(const struct table *table, const struct run_times *time, bool resumed)
 {
     double rest = time->total - time->init - time->load - time->broadcast - time->build -
-                  time->render - time->write - (resumed ? time->resume : 0);
-    bool room_told = time->room >= ROOM_TOLD * time->total;
-    if (room_told) rest -= time->room;
+                  time->render - time->write;
+    bool room_shown = time->room >= SHOWN_FROM * time->total;
+    bool journal_shown = resumed || time->resume >= SHOWN_FROM * time->total;
+    if (room_shown) rest -= time->room;
+    if (journal_shown) rest -= time->resume;
     fprintf(table->out, "\nWall time of rank 0\n");
     put_seconds(table, "starting MPI", time->init, time->total);
     put_seconds(table, "loading", time->load, time->total);
-    if (room_told) put_seconds(table, "picture memory", time->room, time->total);
-    if (resumed) put_seconds(table, "reading journal", time->resume, time->total);
+    if (room_shown) put_seconds(table, "picture memory", time->room, time->total);
+    if (journal_shown)
+        put_seconds(table, resumed ? "reading journal" : "opening journal", time->resume,
+                    time->total);
     put_seconds(table, "sharing scene", time->broadcast, time->total);
     put_seconds(table, "building the BVH", time->build, time->total);
     put_seconds(table, "rendering", time->render, time->total);

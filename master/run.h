@@ -63,6 +63,9 @@ int prepare(struct run *run, struct scene **block);
 
 /* ---- keep.c ---- */
 
+/* Percentage of the picture. Numbers of tiles cannot be compared between runs: each run cuts the picture as it needs. */
+double per_cent(const struct run *run, uint64_t pixels);
+
 uint32_t tiles_left(const struct run *run);
 uint64_t pixels_left(const struct run *run);
 

@@ -152,14 +152,16 @@ static void test_table_error_of_a_part(void **state)
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
     row.share = 0.00095;
-    assert_table_has(&report, " of the 0.095 % that has samples after 2.4 s\n");
+    assert_table_has(&report, " of the 0.095 % of the pixels\n"
+                              "  that have samples, after 2.4 s\n");
     row.share = 0.0456;
     char *text = table_text(&report, 80);
-    assert_has(text, "of the 4.5 % that has samples");
+    assert_has(text, "of the 4.5 % of the pixels\n  that have samples, after");
     assert_null(strstr(text, "guessed"));
     free(text);
     report.unsampled = 9544;
-    assert_table_has(&report, "that of what is guessed is not known");
+    assert_table_has(&report,
+                     "that have samples, after 2.4 s, the error of the guessed ones is not known");
     report.guessed_rmse = 0.01;
     row.share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
@@ -179,7 +181,7 @@ static void test_table_error_of_a_part(void **state)
     report.guessed_rmse = (double)NAN;
     report.unsampled = 0;
     row.share = 0.9996;
-    assert_table_has(&report, "of the 99.9 % that has samples");
+    assert_table_has(&report, "of the 99.9 % of the pixels");
     row.elapsed_s = 0.0374;
     assert_table_has(&report, " after 0.037 s,");
 }
@@ -200,7 +202,7 @@ static void test_table_truth(void **state)
     report.has_reference = false;
     report.max_samples = 1;
     text = table_text(&report, 80);
-    assert_has(text, "\nsampling error: unknown with one sample a pixel\n");
+    assert_has(text, "\nsampling error: unknown with one sample per pixel\n");
     free(text);
     report.max_samples = 2; /* of which no pixel has come in */
     text = table_text(&report, 80);

@@ -68,6 +68,15 @@ static void test_table(void **state)
     report.resumed.records = 0;
     report.time.room = 0;
     free(text);
+    /* One without anything to be read takes its time, too. */
+    text = table_text(&report, 80);
+    assert_has(text, "  opening journal     1.000 s   12.5 %  ###\n");
+    assert_has(text, "  other               2.000 s   25.0 %  ######\n");
+    free(text);
+    report.time.resume = 0.07;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "journal"));
+    free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
     assert_has(text,
