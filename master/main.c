@@ -383,6 +383,7 @@ int main(int argc, char **argv)
     if (status >= 0) return status;
     int rank, level;
     if (speaks_first()) stop_watch_the_start(LAUNCH_PATIENCE);
+    stop_hold_signal();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);

@@ -81,6 +81,19 @@ void stop_ignore_file_limit(void)
     act(SIGXFSZ, SIG_IGN, 0);
 }
 
+static void mask_usr1(int how)
+{
+    sigset_t usr1;
+    sigemptyset(&usr1);
+    sigaddset(&usr1, SIGUSR1);
+    pthread_sigmask(how, &usr1, NULL);
+}
+
+void stop_hold_signal(void)
+{
+    mask_usr1(SIG_BLOCK);
+}
+
 void stop_install(int rank)
 {
     find_launcher_pipe();
@@ -91,6 +104,7 @@ void stop_install(int rank)
      * debugger. */
     act(SIGHUP, SIG_IGN, 0);
     act(SIGPIPE, SIG_IGN, 0);
+    mask_usr1(SIG_UNBLOCK);
 }
 
 void stop_is_served(void)

@@ -10,6 +10,12 @@
 enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
 
 /*
+ * Blocks SIGUSR1 until stop_install(). As soon as MPI starts, it takes this signal for news of a dead rank: without
+ * mpiexec, MPICH then starts one to ask for more, in vain, and waits for ever.
+ */
+void stop_hold_signal(void);
+
+/*
  * Installs the signal handlers. SIGINT, SIGTERM and SIGUSR1: rank 0 notes the first one, which serve() looks at,
  * and is ended at once by the second one, of whichever kind. (Signals within a tenth of a second count as one:
  * timeout(1) signals a process and then its group.) Before stop_is_served() the first one ends the program with

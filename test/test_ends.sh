@@ -77,6 +77,26 @@ for n in 0 3; do
     done
 done
 
+# While MPI starts it has a handler of SIGUSR1 of its own, which a run without mpiexec does not come back from.
+early() {
+    pids= i=0
+    while [ $i -lt 20 ]; do
+        "$FARM" "$SCENE" $SLOW output.image=early.png output.journal= >o 2>e &
+        pid=$!
+        sleep 0.0$((10 + 4 * i))
+        kill -USR1 $pid
+        j=0
+        while kill -0 $pid 2>/dev/null && [ $j -lt 100 ]; do sleep 0.1; j=$((j + 1)); done
+        if [ $j -ge 100 ]; then kill -9 $pid; echo "still running after 10 s"; cat e; return 1; fi
+        wait $pid
+        status=$?
+        case $status in 1 | 75 | 138) ;; *) echo "status $status"; cat e; return 1 ;; esac
+        i=$((i + 1))
+    done
+    rm -f early.png
+}
+check "SIGUSR1 while MPI starts" early
+
 closed() { # the picture is written, what has no place is told, and none of it goes to MPI
     rm -f c.png
     run 1 sh -c "timeout 60 '$FARM' '$SCENE' output.image=c.png <&- >&-" && cat "$T/err" && [ -s c.png ] &&

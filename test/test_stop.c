@@ -97,12 +97,32 @@ static void test_too_late(void **state)
     }
 }
 
+/* What came while MPI started is the first signal of a run. */
+static void test_held(void **state)
+{
+    (void)state;
+    int status = 0;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        stop_hold_signal();
+        raise(SIGUSR1);
+        stop_is_served();
+        if (*stop_signal()) _exit(8);
+        stop_install(0);
+        _exit(*stop_signal() == SIGUSR1 ? 7 : 9);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 7);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_names),      cmocka_unit_test(test_second_ends),
         cmocka_unit_test(test_same_twice), cmocka_unit_test(test_goes_on),
-        cmocka_unit_test(test_too_late),
+        cmocka_unit_test(test_too_late),   cmocka_unit_test(test_held),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
