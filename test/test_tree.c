@@ -193,6 +193,65 @@ static void test_order_of_many(void **state)
     tree_free(&tree);
 }
 
+/* Of all branches, whose numbers are in media, the one to come next; found without blocks and rows. */
+static const struct branch *expected_next(const struct tree *tree)
+{
+    bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
+    const struct branch *first = &tree->pending[0];
+    for (uint32_t i = 1; i < tree->count; i++) {
+        const struct branch *b = &tree->pending[i];
+        bool alike = !deepest_first || b->depth == first->depth;
+        bool brighter =
+            b->bound > first->bound || (b->bound == first->bound && b->media < first->media);
+        if (alike ? brighter : b->depth > first->depth) first = b;
+    }
+    return first;
+}
+
+/* So many that the order changes again and again. */
+static void test_order_at_the_limit(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    uint32_t random = 1, added = 0;
+    while (added < TREE_BEST_FIRST_MAX + 2000) {
+        struct branch taken;
+        random = random * 1664525 + 1013904223;
+        if (tree.count < TREE_BEST_FIRST_MAX - 20 || random >> 31) {
+            struct branch *pending = tree_add(&tree, 1 + (random >> 20) % 64, (random >> 8) % 8);
+            pending->media = added++;
+            continue;
+        }
+        const struct branch *expected = expected_next(&tree);
+        struct branch *next = tree_next(&tree, 1e-3);
+        assert_ptr_equal(next, expected);
+        if ((random >> 29) % 2 && next->bound > 1)
+            tree_rate(&tree, next, next->bound / 2);
+        else
+            tree_remove(&tree, next, &taken);
+    }
+    tree_free(&tree);
+}
+
+/* Three panes of glass have some hundred pending rays that matter. After none of them one dives to the
+ * end of all that do not. */
+static void test_no_dive(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    uint32_t traced = 0;
+    push(&tree, 1, 0);
+    while (traced < 10000 && pop(&tree, 1.0 / 512, &branch)) {
+        traced++;
+        if (branch.depth == 20) continue;
+        push(&tree, branch.bound * 0.5, branch.depth + 1);
+        push(&tree, branch.bound * 0.1, branch.depth + 1);
+    }
+    assert_in_range(traced, 900, 1000);
+    tree_free(&tree);
+}
+
 /* Surfaces that give two full rays each: a full tree of depth 16 without 65,536 pending rays. */
 static void test_memory_stays_bounded(void **state)
 {
@@ -225,6 +284,8 @@ int main(void)
         cmocka_unit_test(test_without_cutoff_depth_first),
         cmocka_unit_test(test_deepest_first),
         cmocka_unit_test(test_order_of_many),
+        cmocka_unit_test(test_order_at_the_limit),
+        cmocka_unit_test(test_no_dive),
         cmocka_unit_test(test_memory_stays_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

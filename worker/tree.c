@@ -16,6 +16,7 @@ void tree_free(struct tree *tree)
     free(tree->bounds);
     free(tree->keys);
     free(tree->blocks);
+    free(tree->rows);
     *tree = (struct tree){0};
 }
 
@@ -28,13 +29,22 @@ static void make_room(struct tree *tree)
         tree->bounds[i] = 0;
     tree->keys = reallocate(tree->keys, tree->capacity, sizeof *tree->keys);
     tree->blocks = reallocate(tree->blocks, tree->capacity / TREE_BLOCK, sizeof *tree->blocks);
+    tree->rows = reallocate(tree->rows, divide_up(tree->capacity, TREE_ROW), sizeof *tree->rows);
+}
+
+/* Something changes at a place. */
+static void forget(struct tree *tree, size_t place)
+{
+    for (int order = 0; order < TREE_ORDERS; order++)
+        tree->blocks[place / TREE_BLOCK].known[order] = tree->rows[place / TREE_ROW].known[order] =
+            false;
 }
 
 struct branch *tree_add(struct tree *tree, double bound, uint32_t depth)
 {
     assert(bound >= 0);
     if (tree->count == tree->capacity) make_room(tree);
-    tree->blocks[tree->count / TREE_BLOCK].known = false;
+    forget(tree, tree->count);
     tree->bounds[tree->count] = bound;
     tree->keys[tree->count] = (struct tree_key){depth, tree->added++};
     struct branch *branch = &tree->pending[tree->count++];
@@ -61,7 +71,8 @@ void tree_take(struct tree *tree, struct tree *from)
 static inline bool more_important(const struct tree *tree, uint32_t a, uint32_t b)
 {
     const struct tree_key *keys = tree->keys;
-    if (tree->deepest_first && keys[a].depth != keys[b].depth) return keys[a].depth > keys[b].depth;
+    if (tree->order == DEEPEST_FIRST && keys[a].depth != keys[b].depth)
+        return keys[a].depth > keys[b].depth;
     if (tree->bounds[a] != tree->bounds[b]) return tree->bounds[a] > tree->bounds[b];
     return keys[a].order < keys[b].order;
 }
@@ -73,63 +84,72 @@ static double sum_above(double sum, uint32_t n)
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
 }
 
-static uint32_t block_count(const struct tree *tree)
-{
-    return divide_up(tree->count, TREE_BLOCK);
-}
-
-/*
- * Up to this many branches are examined one by one, which is faster than finding the largest with eight
- * lanes. Most trees are that small in a scene that only transmits light.
- */
+/* So few, as most trees have of a scene that only lets light through, are judged one after the other in
+ * less time than eight lanes need to find their largest one. */
 #define FEW 4
 
-static struct tree_block few_judged(const struct tree *tree, uint32_t begin, uint32_t count)
+/* These tell the sum, and what comes first in the order that holds. */
+static double judge_few(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
-    struct tree_block block = {.sum = tree->bounds[begin], .first = begin, .known = true};
+    double sum = tree->bounds[begin];
+    *first = begin;
     for (uint32_t i = begin + 1; i < begin + count; i++) {
-        block.sum += tree->bounds[i];
-        if (more_important(tree, i, block.first)) block.first = i;
+        sum += tree->bounds[i];
+        if (more_important(tree, i, *first)) *first = i;
     }
-    return block;
+    return sum;
 }
 
-static struct tree_block many_judged(const struct tree *tree, uint32_t begin, uint32_t count)
+static double judge_many(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
     struct lanes low = lanes_load(tree->bounds + begin);
     struct lanes high = lanes_load(tree->bounds + begin + LANES);
     struct lanes most = lanes_of(lanes_highest(lanes_larger(low, high)));
     uint32_t all = (1u << (count < TREE_BLOCK ? count : TREE_BLOCK)) - 1;
     uint32_t set = all & (lanes_at_most(most, low) | lanes_at_most(most, high) << LANES);
-    if (tree->deepest_first) set = all;
-    struct tree_block block = {
-        .sum = lanes_sum(lanes_add(low, high)), .first = begin + lowest_lane(set), .known = true};
+    if (tree->order == DEEPEST_FIRST) set = all;
+    *first = begin + lowest_lane(set);
     while ((set = without_lowest(set)))
-        if (more_important(tree, begin + lowest_lane(set), block.first))
-            block.first = begin + lowest_lane(set);
-    return block;
+        if (more_important(tree, begin + lowest_lane(set), *first))
+            *first = begin + lowest_lane(set);
+    return lanes_sum(lanes_add(low, high));
 }
 
-static void judge_block(const struct tree *tree, uint32_t b)
+static void judge_block(const struct tree *tree, struct tree_block *block, uint32_t begin)
 {
-    uint32_t begin = b * TREE_BLOCK, count = tree->count - begin;
-    tree->blocks[b] =
-        count <= FEW ? few_judged(tree, begin, count) : many_judged(tree, begin, count);
+    uint32_t count = tree->count - begin, *first = &block->first[tree->order];
+    block->sum =
+        count <= FEW ? judge_few(tree, begin, count, first) : judge_many(tree, begin, count, first);
+    block->known[tree->order] = true;
+}
+
+static void judge_row(const struct tree *tree, struct tree_block *row, uint32_t begin)
+{
+    uint32_t end = begin + TREE_ROW < tree->count ? begin + TREE_ROW : tree->count, first = begin;
+    double sum = 0;
+    for (uint32_t place = begin; place < end; place += TREE_BLOCK) {
+        struct tree_block *block = &tree->blocks[place / TREE_BLOCK];
+        if (!block->known[tree->order]) judge_block(tree, block, place);
+        sum += block->sum;
+        if (more_important(tree, block->first[tree->order], first))
+            first = block->first[tree->order];
+    }
+    row->sum = sum;
+    row->first[tree->order] = first;
+    row->known[tree->order] = true;
 }
 
 /* Upper bound on what all pending rays can add; *first is the index of the next one. */
 static double judge(struct tree *tree, uint32_t *first)
 {
-    bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
-    bool changed = tree->deepest_first != deepest_first;
     double sum = 0;
     *first = 0;
-    tree->deepest_first = deepest_first;
-    for (uint32_t b = 0; b < block_count(tree); b++) {
-        struct tree_block *block = &tree->blocks[b];
-        if (changed || !block->known) judge_block(tree, b);
-        sum += block->sum;
-        if (more_important(tree, block->first, *first)) *first = block->first;
+    tree->order = tree->count > TREE_BEST_FIRST_MAX ? DEEPEST_FIRST : BEST_FIRST;
+    for (uint32_t begin = 0; begin < tree->count; begin += TREE_ROW) {
+        struct tree_block *row = &tree->rows[begin / TREE_ROW];
+        if (!row->known[tree->order]) judge_row(tree, row, begin);
+        sum += row->sum;
+        if (more_important(tree, row->first[tree->order], *first)) *first = row->first[tree->order];
     }
     return sum_above(sum, tree->count);
 }
@@ -151,25 +171,20 @@ struct branch *tree_next(struct tree *tree, double cutoff)
     return judge(tree, &next) <= cutoff ? NULL : &tree->pending[next];
 }
 
-static void forget_block(struct tree *tree, const struct branch *pending)
-{
-    tree->blocks[(size_t)(pending - tree->pending) / TREE_BLOCK].known = false;
-}
-
 void tree_rate(struct tree *tree, struct branch *pending, double bound)
 {
     assert(bound >= 0);
     pending->bound = tree->bounds[pending - tree->pending] = bound;
     pending->rough = false;
-    forget_block(tree, pending);
+    forget(tree, (size_t)(pending - tree->pending));
 }
 
 void tree_remove(struct tree *tree, const struct branch *pending, struct branch *branch)
 {
     size_t place = (size_t)(pending - tree->pending), last = --tree->count;
     *branch = *pending;
-    forget_block(tree, pending);
-    forget_block(tree, &tree->pending[last]);
+    forget(tree, place);
+    forget(tree, last);
     if (place != last) {
         tree->pending[place] = tree->pending[last];
         tree->bounds[place] = tree->bounds[last];
