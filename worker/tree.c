@@ -35,9 +35,7 @@ static void make_room(struct tree *tree)
 /* Something changes at a place. */
 static void forget(struct tree *tree, size_t place)
 {
-    for (int order = 0; order < TREE_ORDERS; order++)
-        tree->blocks[place / TREE_BLOCK].known[order] = tree->rows[place / TREE_ROW].known[order] =
-            false;
+    tree->blocks[place / TREE_BLOCK].known = tree->rows[place / TREE_ROW].known = 0;
 }
 
 struct branch *tree_add(struct tree *tree, double bound, uint32_t depth)
@@ -120,7 +118,12 @@ static void judge_block(const struct tree *tree, struct tree_block *block, uint3
     uint32_t count = tree->count - begin, *first = &block->first[tree->order];
     block->sum =
         count <= FEW ? judge_few(tree, begin, count, first) : judge_many(tree, begin, count, first);
-    block->known[tree->order] = true;
+    block->known |= 1u << tree->order;
+}
+
+static inline bool is_known(const struct tree *tree, const struct tree_block *block)
+{
+    return block->known >> tree->order & 1;
 }
 
 static void judge_row(const struct tree *tree, struct tree_block *row, uint32_t begin)
@@ -129,14 +132,14 @@ static void judge_row(const struct tree *tree, struct tree_block *row, uint32_t 
     double sum = 0;
     for (uint32_t place = begin; place < end; place += TREE_BLOCK) {
         struct tree_block *block = &tree->blocks[place / TREE_BLOCK];
-        if (!block->known[tree->order]) judge_block(tree, block, place);
+        if (!is_known(tree, block)) judge_block(tree, block, place);
         sum += block->sum;
         if (more_important(tree, block->first[tree->order], first))
             first = block->first[tree->order];
     }
     row->sum = sum;
     row->first[tree->order] = first;
-    row->known[tree->order] = true;
+    row->known |= 1u << tree->order;
 }
 
 /* Upper bound on what all pending rays can add; *first is the index of the next one. */
@@ -147,7 +150,7 @@ static double judge(struct tree *tree, uint32_t *first)
     tree->order = tree->count > TREE_BEST_FIRST_MAX ? DEEPEST_FIRST : BEST_FIRST;
     for (uint32_t begin = 0; begin < tree->count; begin += TREE_ROW) {
         struct tree_block *row = &tree->rows[begin / TREE_ROW];
-        if (!row->known[tree->order]) judge_row(tree, row, begin);
+        if (!is_known(tree, row)) judge_row(tree, row, begin);
         sum += row->sum;
         if (more_important(tree, row->first[tree->order], *first)) *first = row->first[tree->order];
     }

@@ -41,7 +41,7 @@ enum tree_order { BEST_FIRST, DEEPEST_FIRST, TREE_ORDERS };
 struct tree_block {
     double sum;
     uint32_t first[TREE_ORDERS];
-    bool known[TREE_ORDERS]; /* nothing has changed since sum and first were found */
+    uint32_t known; /* 1 << order: nothing has changed since sum and this first were found */
 };
 
 struct tree {
