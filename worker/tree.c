@@ -32,7 +32,7 @@ static void make_room(struct tree *tree)
     tree->rows = reallocate(tree->rows, divide_up(tree->capacity, TREE_ROW), sizeof *tree->rows);
 }
 
-/* Something changes at a place. */
+/* Marks the summaries of the branch's block and row as out of date. */
 static void forget(struct tree *tree, size_t place)
 {
     tree->blocks[place / TREE_BLOCK].known = tree->rows[place / TREE_ROW].known = 0;
@@ -82,11 +82,13 @@ static double sum_above(double sum, uint32_t n)
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
 }
 
-/* So few, as most trees have of a scene that only lets light through, are judged one after the other in
- * less time than eight lanes need to find their largest one. */
+/*
+ * Up to this many branches are examined one by one, which is faster than finding the largest with eight
+ * lanes. Most trees are that small in a scene that only transmits light.
+ */
 #define FEW 4
 
-/* These tell the sum, and what comes first in the order that holds. */
+/* These return the sum of `count` bounds from `begin` on; *first is what comes first in the present order. */
 static double judge_few(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
     double sum = tree->bounds[begin];

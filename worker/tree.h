@@ -28,39 +28,40 @@ struct tree_key {
 };
 
 /*
- * Of TREE_BLOCK branches that lie beside each other, and of a row of TREE_BLOCK such blocks: what they can
- * add together, and which of them comes first. So a branch is taken out of many without looking at all of
- * them.
+ * Summary of a block, which is TREE_BLOCK consecutive branches, or of a row, which is TREE_BLOCK consecutive
+ * blocks: the sum of the bounds, and which branch comes first. With it the next branch is found without
+ * examining all of them.
  */
 #define TREE_BLOCK 16
 #define TREE_ROW   (TREE_BLOCK * TREE_BLOCK)
 
-/* The most important one first, or the deepest one: a tree of many goes back and forth between these. */
+/* Which branch comes first: the most important one, or the deepest one. A tree near TREE_BEST_FIRST_MAX goes
+ * back and forth between the two, so summaries keep the first branch of each. */
 enum tree_order { BEST_FIRST, DEEPEST_FIRST, TREE_ORDERS };
 
 struct tree_block {
     double sum;
     uint32_t first[TREE_ORDERS];
-    uint32_t known; /* 1 << order: nothing has changed since sum and this first were found */
+    uint32_t known; /* bit 1 << order: sum and the first of this order are up to date */
 };
 
 struct tree {
-    struct branch *pending;    /* owned, as all of these; so many as the capacity */
-    double *bounds;            /* of the branches, beside each other; 0 behind the last one */
-    struct tree_key *keys;     /* one for each branch */
-    struct tree_block *blocks; /* one for every TREE_BLOCK of the capacity */
-    struct tree_block *rows;   /* one for every TREE_ROW of it, rounded up */
+    struct branch *pending;    /* [capacity]; owned, as are the following arrays */
+    double *bounds;            /* [capacity]: bounds of the branches; 0 after the last one */
+    struct tree_key *keys;     /* [capacity] */
+    struct tree_block *blocks; /* [capacity / TREE_BLOCK] */
+    struct tree_block *rows;   /* [capacity / TREE_ROW, rounded up] */
     uint32_t count, capacity;  /* the capacity is a multiple of TREE_BLOCK */
-    uint32_t added;            /* so far; the next key's order */
-    enum tree_order order;     /* that holds now */
+    uint32_t added;            /* number of branches added so far; the next key's order */
+    enum tree_order order;     /* the present one */
 };
 
 /*
- * Above this many pending rays the deepest one goes first instead of the most important: the set
- * then grows by one per level at most, so that memory stays bounded for any scene and any cutoff: by 2048
- * branches, a quarter of a megabyte, with 20 levels. That costs ten times the rays and more, for each that
- * matters is followed by a dive to max_depth through those that do not; so few scenes may come to it. Of
- * glass boxes behind each other one has 2 pending rays, two 30 to 110, three 330 to 1,700, four 1,600.
+ * Above this many pending rays the deepest one is taken first, not the most important one. The set then grows
+ * by at most one per level, so that memory stays bounded for any scene and any cutoff: with 20 levels by 2048
+ * branches, a quarter of a megabyte. The price is ten times the rays and more, as each ray that matters is
+ * followed by a dive to max_depth through rays that do not. So few scenes should reach this limit: one glass
+ * box has 2 pending rays, two behind each other have 30 to 110, three 330 to 1,700, and four 1,600.
  */
 #define TREE_BEST_FIRST_MAX 2000
 
