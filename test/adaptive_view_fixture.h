@@ -8,6 +8,7 @@
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
 
+/* The range of samples per pixel is the caller's. */
 static inline struct view view_of(uint32_t min_samples, uint32_t max_samples)
 {
     return (struct view){.width = EDGE,

@@ -14,12 +14,15 @@
 #include "master/queue_parts.h"
 #include "test/random.h"
 
+/* Four renderers and twelve tiles. */
 static const struct queue_config four = {
     .width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
 
+/* The same picture with smaller tiles and a pre-pass of probes. */
 static const struct queue_config with_probes = {
     .width = 64, .height = 48, .renderers = 4, .tile_edge = 8, .probe_edge = 2};
 
+/* Notes the tile's pixels as rendered; none of them may have been rendered before. */
 static inline void mark(unsigned char *seen, const struct queue_config *config,
                         const struct tile *tile)
 {
@@ -31,7 +34,7 @@ static inline void mark(unsigned char *seen, const struct queue_config *config,
     }
 }
 
-/* Of pieces that were kept; returns how many count. */
+/* Notes the pixels of those kept pieces that count as rendered; returns how many pieces these are. */
 static inline uint32_t hear_fates(struct queue *queue, unsigned char *seen,
                                   const struct queue_config *config)
 {
@@ -44,7 +47,7 @@ static inline uint32_t hear_fates(struct queue *queue, unsigned char *seen,
     return count;
 }
 
-/* Probes of any cost whatever. */
+/* Answers a probe tile with random costs. */
 static inline void answer_probe(struct queue *queue, const struct tile *probe, uint64_t *seed)
 {
     float seconds[64];
@@ -55,7 +58,7 @@ static inline void answer_probe(struct queue *queue, const struct tile *probe, u
     queue_probed(queue, probe, seconds);
 }
 
-/* Answers a part of a lot. */
+/* The renderer finishes the tiles `from` to `to` - 1 of its lot. */
 static inline void finish_part(struct queue *queue, uint32_t renderer, const struct tile *lot,
                                uint32_t from, uint32_t to)
 {
@@ -63,7 +66,7 @@ static inline void finish_part(struct queue *queue, uint32_t renderer, const str
         assert_true(queue_finish(queue, renderer, lot[i].id, 1e-3, 1e-3));
 }
 
-/* A lot is answered, whatever it is of. */
+/* The renderer finishes its lot, be it of tiles of the picture or of probes. */
 static inline void finish_lot(struct queue *queue, uint32_t renderer, const struct tile *lot,
                               uint32_t count, double now)
 {
@@ -74,15 +77,14 @@ static inline void finish_lot(struct queue *queue, uint32_t renderer, const stru
     }
 }
 
-/* An answer takes the master so long, beside what its pixels take it. */
+/* The queue learns that an answer takes the master so many seconds, however few pixels it has. */
 static inline void serve_for(struct queue *queue, double seconds)
 {
     for (int i = 0; i < 200; i++)
         queue_served(queue, seconds, 1);
 }
 
-/* Forgets what renderers are to be told; returns how much of it says that this renderer's tile is
- * finished. */
+/* Takes all recalls from the queue; returns how many of them tell this renderer that this tile is finished. */
 static inline uint32_t told_finished(struct queue *queue, uint32_t renderer, uint32_t id)
 {
     struct recall recall;
@@ -92,13 +94,14 @@ static inline uint32_t told_finished(struct queue *queue, uint32_t renderer, uin
     return count;
 }
 
-/* Sums of floats that came and went. */
+/* The value is a running sum of floats, which may be off by rounding in proportion to `all` that was ever added to
+ * it. */
 static inline void assert_sum(double value, double expected, double all)
 {
     if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
 }
 
-/* What is counted along the way is what the tiles come to. */
+/* The running counts and sums of the queue are what adding up all of its tiles gives. */
 static inline void check_sums(const struct queue *queue)
 {
     struct outlook outlook = {0};

@@ -11,7 +11,7 @@
 
 #include "master/queue_parts.h"
 
-/* Pixels in the left half are a hundred times as dear. */
+/* Answers a probe tile: pixels in the left half cost a hundred times as much as the others. */
 static inline void probe_halves(struct queue *queue, const struct tile *probe, uint32_t width)
 {
     float seconds[256];
@@ -24,7 +24,7 @@ static inline void probe_halves(struct queue *queue, const struct tile *probe, u
     queue_probed(queue, probe, seconds);
 }
 
-/* Gives renderer 0 all the probes and answers them: the left half is a hundred times as dear. */
+/* Renderer 0 gets and answers probes until the queue predicts costs from them. */
 static inline void settle_halves(struct queue *queue, uint32_t width)
 {
     struct tile lot[LOT_TILES];
@@ -37,7 +37,8 @@ static inline void settle_halves(struct queue *queue, uint32_t width)
         }
 }
 
-/* The dear ones are the left half of these columns alone: so few that a tile of them is much of a share. */
+/* With answer_probes() only the left half of the first DEAR_WIDTH columns is expensive: so few pixels that one tile of
+ * them is a large part of a renderer's share. */
 #define DEAR_WIDTH 32
 
 static inline void answer_probes(struct queue *queue, uint32_t renderer, const struct tile *probes,

@@ -11,10 +11,11 @@
 
 #include "test/queue_fixture.h"
 
+/* So many tiles that lots are large. */
 static const struct queue_config many = {
     .width = 256, .height = 256, .renderers = 4, .tile_edge = 4};
 
-/* All four get their first lots. */
+/* All four renderers get their first lots. */
 static inline struct queue *begin_many(struct tile lots[4][LOT_TILES], uint32_t counts[4])
 {
     struct queue *queue = queue_create(&many);
@@ -23,7 +24,8 @@ static inline struct queue *begin_many(struct tile lots[4][LOT_TILES], uint32_t 
     return queue;
 }
 
-/* All are done with their first lots, but for so many tiles of 0, and four of 1. */
+/* All renderers have finished their first lots, except for the first `kept` tiles of renderer 0 and the first four of
+ * renderer 1. */
 static inline struct queue *begin_late(struct tile lots[4][LOT_TILES], uint32_t kept)
 {
     uint32_t counts[4];

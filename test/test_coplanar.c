@@ -110,6 +110,7 @@ static void height_above(struct accumulator *sum, const struct corners *of, stru
     add_along_normal(sum, of, point, true);
 }
 
+/* Whether all corners of b are in the plane of a, by exact sums. */
 static bool reference_coplanar(const struct corners *a, const struct corners *b)
 {
     struct accumulator height;

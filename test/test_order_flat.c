@@ -214,6 +214,7 @@ static uint32_t material_met(const struct crowd *crowd, int i)
     return primitive_material(crowd->scene, crowd->hits[i].primitive);
 }
 
+/* All rays have met a surface of this material; PILE: none of the pile. */
 static void assert_met(const struct crowd *crowd, uint32_t material)
 {
     for (int i = 0; i < RAYS; i++)

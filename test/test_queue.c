@@ -16,10 +16,10 @@ struct held {
 };
 
 /*
- * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
- * prediction, until nothing moves any more; renderer 0 likes to keep others waiting, and what others
- * have taken over is dropped or not. Every pixel is rendered once, and once more when it is handed out
- * again; the first answer counts, a piece with all others of its tile.
+ * Renderers chosen at random ask for lots and finish tiles, in times that are unrelated to predictions, until the queue
+ * is complete. Renderer 0 often delays its answers; tiles that others have taken over are sometimes dropped. A pixel
+ * may be rendered several times, but counts once: by the first answer for its tile, or by a piece when all pieces of
+ * its tile are back.
  */
 static void drive(const struct queue_config *config, uint64_t seed)
 {
@@ -103,6 +103,7 @@ static void test_large_lots(void **state)
         drive(&config, seed);
 }
 
+/* Once the queue is stopped nobody gets any tiles; those that are out may still come back. */
 static void test_stop(void **state)
 {
     (void)state;

@@ -23,7 +23,7 @@ static struct crowd crowd_on_two_cores(void)
     return crowd;
 }
 
-/* All but a tile of each of the first so many renderers is finished, and nothing waits. */
+/* All tiles are finished except for one of each of the first `keepers` renderers. */
 static struct queue *leave_tiles(const struct queue_config *config, uint32_t keepers)
 {
     struct queue *queue = queue_create(config);
@@ -35,8 +35,8 @@ static struct queue *leave_tiles(const struct queue_config *config, uint32_t kee
     return queue;
 }
 
-/* With more renderers than cores nobody takes what others have while these can use all cores; those who are
- * late do not. */
+/* With more renderers than cores, an idle one takes over no tiles while those that hold tiles can use all cores. Late
+ * renderers count as using none. */
 static void test_idle_without_a_core(void **state)
 {
     (void)state;
@@ -62,7 +62,7 @@ static void test_idle_without_a_core(void **state)
     crowd_free(&crowd);
 }
 
-/* Who has finished leaves his core to others at once. */
+/* The core of a renderer that has finished its tiles is free for others at once. */
 static void test_finished_leaves_a_core(void **state)
 {
     (void)state;
@@ -77,8 +77,8 @@ static void test_finished_leaves_a_core(void **state)
     crowd_free(&crowd);
 }
 
-/* As many as there are cores have stopped with their probes, of which nobody hears that they are late: what
- * another one has who stops later is rescued all the same. */
+/* As many renderers as there are cores have stopped while they held probes, which makes nobody late. The tiles of
+ * another renderer that stops later are taken over all the same. */
 static void test_stopped_with_probes(void **state)
 {
     (void)state;
@@ -102,7 +102,8 @@ static void test_stopped_with_probes(void **state)
     crowd_free(&crowd);
 }
 
-/* Whose turn it was says nothing about a tile; where everybody has a core, the wall does. */
+/* Where renderers share cores, the seconds of a tile follow from its CPU time, as its wall time depends on whose turn
+ * it was; where each has its own core, they are the wall time. */
 static void test_seconds_of_a_crowd(void **state)
 {
     (void)state;
@@ -114,7 +115,7 @@ static void test_seconds_of_a_crowd(void **state)
     config.crowd = &crowd;
     queue = queue_create(&config);
     assert_true(queue_seconds(queue, 0, 1, 1) == 2); /* two to a core */
-    assert_true(queue_seconds(queue, 1, 7, 1) == 4); /* and somebody else, too */
+    assert_true(queue_seconds(queue, 1, 7, 1) == 4); /* and another program uses the cores, too */
     queue_destroy(queue);
     crowd_free(&crowd);
 }

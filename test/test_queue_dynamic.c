@@ -10,8 +10,8 @@
 #include "test/queue_halves_fixture.h"
 #include "test/queue_late_fixture.h"
 
-/* A lot begins with dear tiles, and cheap ones come with them: never so many that none are left for the
- * end. */
+/* A lot begins with expensive tiles and goes on with cheap ones, but never with so many that none are left for the end
+ * of the run. */
 static void test_cheap_go_with_dear(void **state)
 {
     (void)state;
@@ -40,8 +40,8 @@ static void test_cheap_go_with_dear(void **state)
     queue_destroy(queue);
 }
 
-/* When the rest is less than what the others' last answers take the master, its own renderer leaves it to them; unless
- * nobody counts on any of them. */
+/* The master's own renderer leaves the last tiles to the others when these tiles take less time than the master will
+ * need for the others' last answers, unless all of the others are late. */
 static void test_own_renderer_leaves_the_end(void **state)
 {
     (void)state;
@@ -67,8 +67,8 @@ static void test_own_renderer_leaves_the_end(void **state)
     }
 }
 
-/* What takes a renderer long, as it tells, is not what the others are to wait for, nor what it has behind it;
- * but early in the run it goes on with that itself. */
+/* A renderer that reports a tile that takes long counts as late, and others get what it has not begun. But early in the
+ * run it keeps all of it. */
 static void test_takes_long(void **state)
 {
     (void)state;
@@ -91,7 +91,7 @@ static void test_takes_long(void **state)
             assert_int_equal(tiles[i].id == lots[1][3 - i].id, !early);
         assert_int_equal(queue_is_recalled(queue, 1, lots[1][1].id), !early);
         assert_false(queue_is_recalled(queue, 1, first));
-        /* The neighbours are dear, too; its pieces are at least so dear. */
+        /* The tile is known to take at least so long, which counts for its pieces and its neighbours. */
         assert_true((double)queue->items[first].seconds >= seconds * 0.999);
         queue_finish(queue, 1, first, 3e-3, 1);
         assert_false(queue->pace.renderers[1].lost);
@@ -99,7 +99,8 @@ static void test_takes_long(void **state)
     }
 }
 
-/* Where time says nothing of a tile, nobody tells. */
+/* Under the dynamic schedule renderers are to report tiles that take long, but no probe tiles; under fixed shares they
+ * report none. */
 static void test_who_tells(void **state)
 {
     (void)state;
@@ -117,7 +118,7 @@ static void test_who_tells(void **state)
     }
 }
 
-/* Who has become late with probes behind his last tile gets more when they are back. */
+/* A renderer that has become late while it holds nothing but probes gets tiles again once it has answered them. */
 static void test_late_with_probes(void **state)
 {
     (void)state;

@@ -20,7 +20,7 @@ struct virtual
     uint32_t counts[2], lots_held;
 };
 
-/* Dear in one corner, 50 times the rest. */
+/* The seconds of a tile at speed 1: pixels in one corner cost 50 times as much as the others. */
 static double cost_of(const struct tile *tile)
 {
     double sum = 0;
@@ -60,7 +60,7 @@ static void answer(struct queue *queue, struct virtual *v, uint32_t i, double no
         if (tile->pass == TILE_PROBE) queue_probed(queue, tile, seconds);
         queue_finish(queue, i, tile->id, now, cost_of(tile) / v->speed);
     }
-    /* What was given out is taken off again, whatever was learnt of it meanwhile. */
+    /* The work of a tile is subtracted as it was added, even if its prediction has changed in between. */
     if (queue_tile_count(queue, i) == 0)
         assert_true(queue->pace.renderers[i].held <= 1e-9 * queue->pace.total);
     memcpy(v->lots[0], v->lots[1], sizeof v->lots[0]);
@@ -73,10 +73,10 @@ static void answer(struct queue *queue, struct virtual *v, uint32_t i, double no
     v->free_at = now + work / v->speed;
 }
 
-/* What queue_ends() has said. */
+/* What queue_ends() has predicted so far. */
 struct foretold {
     uint32_t looks;
-    double first; /* when it said something */
+    double first; /* the time of the first prediction */
     double least, most;
 };
 
@@ -89,7 +89,7 @@ static void look_at_end(const struct queue *queue, double now, struct foretold *
     foretold->most = fmax(foretold->most, end);
 }
 
-/* When the picture is complete; nobody who could work is left without when something waits. */
+/* Runs the virtual farm; returns the time at which the picture is complete, which must be within 100 s. */
 static double run_virtual_and_watch(const struct queue_config *config, struct virtual *virtuals,
                                     struct foretold *foretold)
 {
@@ -123,7 +123,8 @@ static double run_virtual(const struct queue_config *config, struct virtual *vir
 
 #define VIRTUALS 16
 
-/* 320 x 240 pixels on 16 renderers; the share of what they could do that is done. */
+/* A run of 320 x 240 pixels on 16 renderers, of which slow_count have the speed `slow` (0: they never answer) and the
+ * others speed 1. Returns the work of the picture as a part of what all of them could have done in that time. */
 static double efficiency(double slow, uint32_t slow_count)
 {
     const struct tile all = {.w = 320, .h = 240, .step = 1};
@@ -143,12 +144,13 @@ static double efficiency(double slow, uint32_t slow_count)
 static void test_equal_renderers(void **state)
 {
     (void)state;
-    /* Probes take one in 64 of the pixels' time, which is no part of what is done. */
+    /* Probes take a 64th of the time of the pixels, and do not count as work. */
     assert_true(efficiency(1, 0) > 0.965);
 }
 
-/* A quarter of the speed: of one, and of half of them. Half of them come to 0.873, and to 0.82 where speeds are not
- * learnt, nobody is late, or lots may be dear: virtual time is the same everywhere. */
+/* One renderer, then half of them, have a quarter of the speed. With half of them the result is 0.873 on every machine,
+ * as time is virtual; it would be 0.82 if speeds were not learnt, if nobody were taken for late, or if lots could be
+ * expensive. */
 static void test_uneven_renderers(void **state)
 {
     (void)state;
@@ -156,7 +158,7 @@ static void test_uneven_renderers(void **state)
     assert_true(efficiency(0.25, 8) > 0.86);
 }
 
-/* The others finish the picture, with little more than its share lost. */
+/* Some renderers never answer: the others finish the picture, and lose little of their own time. */
 static void test_stopped_renderers(void **state)
 {
     (void)state;
@@ -164,7 +166,8 @@ static void test_stopped_renderers(void **state)
     assert_true(efficiency(0, 3) > 0.97);
 }
 
-/* The end is known when some of the picture is finished, from what cheap and dear tiles have taken. */
+/* The end of the run is predicted once a small part of the picture is finished, from what cheap and expensive tiles
+ * have taken. */
 static void test_end_is_foretold(void **state)
 {
     (void)state;

@@ -10,8 +10,8 @@
 #include "test/queue_fixture.h"
 #include "test/queue_halves_fixture.h"
 
-/* Where probes say that tiles are cheap beside what there is to do, they are joined; those that somebody has
- * are not, nor dear ones. */
+/* Tiles that are cheap beside all work, as probes tell, are joined; those that a renderer holds are not, nor expensive
+ * ones. */
 static void test_cheap_are_joined(void **state)
 {
     (void)state;
@@ -52,7 +52,8 @@ static void test_cheap_are_joined(void **state)
     queue_destroy(queue);
 }
 
-/* One renderer's probes are out for long: the others do not work off small tiles until then. */
+/* Tiles are joined before the last probes are back, so that one slow renderer does not keep the others at small
+ * tiles. */
 static void test_joined_before_all_probes(void **state)
 {
     (void)state;

@@ -9,7 +9,8 @@
 
 #include "test/queue_fixture.h"
 
-/* All is done but one tile, which renderer 0 has begun; returns what 1 has got of it in the end. */
+/* All tiles are finished except *last, which renderer 0 has begun; returns how many pieces of it renderer 1 got in its
+ * last lot. */
 static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *lot, double *now)
 {
     uint32_t count = queue_next(queue, 0, *now, lot);
@@ -23,7 +24,8 @@ static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *
     return count;
 }
 
-/* The same; 2 and 3 stand idle. Returns the number of its pieces that 2 got, or the others if it got none. */
+/* The same, and the last tile is long overdue. Returns the number of its pieces that renderer 1 has got or, if it has
+ * none, renderer 2 gets. */
 static uint32_t break_last(struct queue *queue, struct tile *last, struct tile pieces[LOT_TILES])
 {
     double now = 1e-3;
@@ -33,7 +35,7 @@ static uint32_t break_last(struct queue *queue, struct tile *last, struct tile p
     return count > 0 ? count : queue_next(queue, 2, now, pieces);
 }
 
-/* Whether it counts at once. */
+/* The renderer finishes the tile; returns whether its answer counts at once. */
 static bool finish_and_mark(struct queue *queue, uint32_t renderer, const struct tile *tile,
                             unsigned char seen[64 * 48])
 {
@@ -43,7 +45,7 @@ static bool finish_and_mark(struct queue *queue, uint32_t renderer, const struct
     return answer == ANSWER_COUNTS;
 }
 
-/* Pieces count when all are there. */
+/* The pieces of a tile count when the last of them is back; an answer for the whole tile is then in vain. */
 static void test_pieces_replace(void **state)
 {
     (void)state;
@@ -78,8 +80,8 @@ static void test_pieces_replace(void **state)
     queue_destroy(queue);
 }
 
-/* Pieces are as many as the idle can use, but no more than the master takes in while they are rendered: of 100 seconds
- * 2 where an answer takes it 25. */
+/* A tile is broken into as many pieces as idle renderers can use, but into no more than the master can take in while
+ * they are rendered: a tile of 100 s into 2, where an answer takes the master 25 s. */
 static void test_pieces_are_worth_an_answer(void **state)
 {
     (void)state;
@@ -98,6 +100,7 @@ static void test_pieces_are_worth_an_answer(void **state)
     }
 }
 
+/* A whole tile that comes back before any of its pieces counts, and all pieces are in vain. */
 static void test_whole_before_pieces(void **state)
 {
     (void)state;
@@ -106,7 +109,7 @@ static void test_whole_before_pieces(void **state)
     uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
     uint32_t renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
     assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
-    /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
+    /* Pieces are not split like other tiles: their whole expects back as many as it was broken into. */
     for (uint32_t i = 0; i < count; i++) {
         assert_true(queue->items[lot[i].id].is_piece);
         assert_false(split_is_possible(queue, lot[i].id));
@@ -122,7 +125,7 @@ static void test_whole_before_pieces(void **state)
     queue_destroy(queue);
 }
 
-/* What is nearly done is not given up for a first piece: the whole counts if it comes before the last one. */
+/* A whole tile that comes back before the last of its pieces counts, and the pieces that are back do not. */
 static void test_whole_before_last_piece(void **state)
 {
     (void)state;
@@ -146,7 +149,7 @@ static void test_whole_before_last_piece(void **state)
     queue_destroy(queue);
 }
 
-/* A piece may be broken up in turn: its pieces stand for it, or it stands for them. */
+/* A piece may be broken up in turn; then either its own pieces come back in its place, or it does. */
 static void test_pieces_of_a_piece(void **state)
 {
     (void)state;
@@ -157,7 +160,7 @@ static void test_pieces_of_a_piece(void **state)
         uint32_t count = queue_next(queue, 0, 0, lot), whole = lot[0].id;
         uint64_t news = queue_news(queue);
         assert_true(pieces_make(queue, whole, 2, 0));
-        assert_true(queue_news(queue) != news); /* to those who have got nothing */
+        assert_true(queue_news(queue) != news); /* so that those who have got nothing ask again */
         uint32_t piece = queue->items[whole].first_piece;
         for (uint32_t i = 1; i < count; i++)
             assert_true(finish_and_mark(queue, 0, &lot[i], seen));
@@ -178,8 +181,8 @@ static void test_pieces_of_a_piece(void **state)
     }
 }
 
-/* Who still renders what others have finished hears of it, once, and may leave it half done: the whole
- * when all pieces have come, pieces when the whole has. */
+/* A renderer is told, once, that others have finished what it is working on, and may drop it half done: the whole tile
+ * when all pieces are back, a piece when the whole tile is. */
 static void test_finished_is_told(void **state)
 {
     (void)state;
@@ -189,7 +192,7 @@ static void test_finished_is_told(void **state)
         uint32_t count = break_last(queue, &last, lot),
                  renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
         assert_true(count > 0 && queue_is_recalled(queue, 0, last.id));
-        assert_int_equal(told_finished(queue, 0, last.id), 0); /* that others have it, yes */
+        assert_int_equal(told_finished(queue, 0, last.id), 0); /* only that others have it */
         const struct tile *late = whole ? &lot[0] : &last;
         uint32_t loser = whole ? renderer : 0;
         assert_int_equal(queue_is_recalled(queue, loser, late->id), !whole);

@@ -11,7 +11,7 @@
 #include "common/clock.h"
 #include "test/queue_fixture.h"
 
-/* The one tile of a lot under a schedule that deals them one by one. */
+/* The next tile of the renderer, under a schedule that hands out one at a time; false: it gets none. */
 static bool next_tile(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
     struct tile lot[LOT_TILES];
@@ -21,7 +21,7 @@ static bool next_tile(struct queue *queue, uint32_t renderer, struct tile *tile)
     return count == 1;
 }
 
-/* Rows that one renderer gets, all its tiles together. */
+/* The renderer finishes its whole share, a block of rows; returns how many these are, *first: the topmost one. */
 static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
 {
     uint32_t rows = 0;
@@ -36,7 +36,8 @@ static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
     return rows;
 }
 
-/* The paper: rows that do not divide evenly go to the first processors, one each. */
+/* As in the paper of Yamamori and others (README.md), rows that do not divide evenly go to the first processors, one
+ * each. */
 static void test_strips_are_the_papers(void **state)
 {
     (void)state;
@@ -75,7 +76,7 @@ static void test_cyclic_deals_pixels(void **state)
     queue_destroy(queue);
 }
 
-/* Tachyon: row y is processor y mod P's. */
+/* As in Tachyon, row y goes to processor y mod P. */
 static void test_cyclic_rows_deals_rows(void **state)
 {
     (void)state;
@@ -93,7 +94,8 @@ static void test_cyclic_rows_deals_rows(void **state)
     queue_destroy(queue);
 }
 
-/* One tile in work and one in reserve, but no reserve when others could start it at once. */
+/* A renderer holds one tile in work and one in reserve, but gets no reserve that another renderer could start at
+ * once. */
 static void test_reserve(void **state)
 {
     (void)state;
@@ -128,7 +130,8 @@ static uint32_t above_last_row(void *state, const struct tile *tile)
     return tile->y < 50 ? tile_pixels(tile) : 0;
 }
 
-/* What an earlier run has finished of other shares does not fill the bar: it would stand there. */
+/* The progress is that of the share that is least finished, also where an earlier run has finished the others: else the
+ * bar would start nearly full and stand still. */
 static void test_progress_of_resumed_shares(void **state)
 {
     (void)state;
@@ -142,7 +145,7 @@ static void test_progress_of_resumed_shares(void **state)
     queue_destroy(queue);
 }
 
-/* The next tile of the renderer is back by now, and has taken so long; false: it gets none. */
+/* The renderer gets its next tile and finishes it at `now`, having taken so many seconds; false: it gets none. */
 static bool do_next(struct queue *queue, uint32_t renderer, double now, double seconds)
 {
     struct tile tile;
@@ -151,7 +154,7 @@ static bool do_next(struct queue *queue, uint32_t renderer, double now, double s
     return true;
 }
 
-/* The run ends with the share of which most is left, whatever of the others is finished. */
+/* The progress is that of the share of which most is left, as the run ends with that one. */
 static void test_progress_of_shares(void **state)
 {
     (void)state;
@@ -193,13 +196,13 @@ static void work_on(struct queue *queue, unsigned char *seen, const struct queue
     }
 }
 
-/* What a renderer holds that gives no sign any more, and its share, go to others; when it comes back
- * after all, what it brings is no news. */
+/* The tiles and the share of a renderer that gives no sign of life go to others; if it answers after all, its answers
+ * are in vain. */
 static void test_silent(void **state)
 {
     (void)state;
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
-        if (schedule == SCHEDULE_DYNAMIC) continue; /* it knows who is late: test_stopped */
+        if (schedule == SCHEDULE_DYNAMIC) continue; /* it recognises late renderers by itself */
         struct queue_config config = {.schedule = (enum schedule)schedule,
                                       .width = 60,
                                       .height = 50,
@@ -228,8 +231,8 @@ static void test_silent(void **state)
     }
 }
 
-/* The idle look for work of the silent where there are any: among so many renderers they would have to look at
- * 10^10 of them, some 20 s. */
+/* Idle renderers look for the tiles of silent ones only while there are silent ones: if each of 10^5 idle renderers
+ * looked at all others, that would be 10^10 looks, some 20 s. */
 static void test_nobody_is_silent(void **state)
 {
     (void)state;

@@ -10,7 +10,7 @@
 #include "master/queue_parts.h"
 #include "test/queue_halves_fixture.h"
 
-/* A number that is none would go into all predictions, of which no order could be made. */
+/* Impossible costs of probed pixels are refused: with a NaN in the predictions, tiles could not be sorted. */
 static void test_probes_are_checked(void **state)
 {
     (void)state;
@@ -29,7 +29,8 @@ static void test_probes_are_checked(void **state)
     }
 }
 
-/* Renderers tell of far more time than there was for every fifth tile, as one may of many that share a core. */
+/* For every fifth tile renderers report far more time than has passed, as may happen where many share a core. All
+ * predictions stay finite, so that the run comes to its end. */
 static void test_predictions_stay_numbers(void **state)
 {
     (void)state;
@@ -58,8 +59,8 @@ static void test_predictions_stay_numbers(void **state)
     }
 }
 
-/* A tile in the cheap half that renderer 0 gets while the next one waits; all before were as dear as
- * predicted. */
+/* Renderer 0 finishes tiles in the predicted time until it gets one amid the cheap half whose successor still waits;
+ * returns that tile. */
 static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
 {
     struct tile lot[LOT_TILES];
@@ -81,8 +82,8 @@ static uint32_t apart(uint32_t a, uint32_t b)
     return a > b ? a - b : b - a;
 }
 
-/* When a tile is far dearer than predicted, what waits around it is taken to be so, too, and goes first, what
- * was split off it before as well: as soon as it is known to take long. */
+/* When a tile turns out far more expensive than predicted, by its answer or by a report that it takes long, the waiting
+ * tiles around it are predicted to be as expensive and go first, also where they are parts of tiles that were split. */
 static void test_neighbours_are_warned(void **state)
 {
     (void)state;

@@ -10,8 +10,8 @@
 #include "test/queue_fixture.h"
 #include "test/queue_late_fixture.h"
 
-/* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
- * what 0 has not begun, the last ones, and 0 hears of every one of them. */
+/* Renderer 0 holds two lots, the others have finished all the rest. One that asks then gets up to half of the tiles
+ * that 0 has not begun, the last ones, and 0 is told of each of them. */
 static void test_idle_take_unbegun(void **state)
 {
     (void)state;
@@ -48,8 +48,8 @@ static void test_idle_take_unbegun(void **state)
     queue_destroy(queue);
 }
 
-/* Who has nothing to do and had better not take what another one is about to finish asks again when that
- * is overdue, long before it is given up for late. */
+/* An idle renderer does not get a tile that its holder is about to finish. It is to ask again when that tile is
+ * overdue, well before the holder counts as late. */
 static void test_idle_ask_again(void **state)
 {
     (void)state;
@@ -58,7 +58,7 @@ static void test_idle_ask_again(void **state)
     uint32_t count = queue_next(queue, 0, 0, lot);
     last = lot[0];
     for (int i = 0; i < 100; i++)
-        queue_served(queue, 1e-4, 0); /* an answer is dear: so is a short lot */
+        queue_served(queue, 1e-4, 0); /* answers are expensive for the master, so short lots are */
     for (uint32_t i = 1; i < count; i++)
         assert_true(queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4));
     while (queue_count(queue).finished < queue_count(queue).tiles - 1) {
@@ -78,8 +78,8 @@ static void test_idle_ask_again(void **state)
     queue_destroy(queue);
 }
 
-/* A single pixel that two have already is not what the idle wait for, whether it is to be done first or last: they get
- * pieces of what is overdue besides. */
+/* A single pixel that two renderers hold already cannot be broken up: an idle renderer does not wait for it, whether it
+ * is to be done first or last, but gets a piece of another tile that is overdue. */
 static void test_idle_pass_over_a_pixel(void **state)
 {
     (void)state;
@@ -102,7 +102,7 @@ static void test_idle_pass_over_a_pixel(void **state)
     queue_destroy(queue);
 }
 
-/* One who has nothing to do takes over from one who has just been given something, too. */
+/* An idle renderer also takes over from a renderer that has only just got its tiles. */
 static void test_idle_take_what_was_just_given(void **state)
 {
     (void)state;
@@ -118,7 +118,7 @@ static void test_idle_take_what_was_just_given(void **state)
     queue_destroy(queue);
 }
 
-/* The same of a tile that was passed on as it is: whoever is second hears of it. */
+/* Of two renderers that hold the same tile, the one that has not finished it is told when the other one has. */
 static void test_finished_copy_is_told(void **state)
 {
     (void)state;
@@ -147,7 +147,7 @@ static void test_finished_copy_is_told(void **state)
     }
 }
 
-/* What nobody has begun is passed on as it is, whoever else is overdue. */
+/* Tiles that a late renderer has not begun are passed on whole, even while another renderer is overdue for longer. */
 static void test_unbegun_is_not_broken_up(void **state)
 {
     (void)state;
@@ -166,7 +166,7 @@ static void test_unbegun_is_not_broken_up(void **state)
     queue_destroy(queue);
 }
 
-/* All that one who is overdue has not begun goes into one lot, and with it what waits. */
+/* All tiles that an overdue renderer has not begun go into one lot, together with tiles that wait. */
 static void test_late_in_one_lot(void **state)
 {
     (void)state;
@@ -183,7 +183,7 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
-/* Who has answered in the meantime is not asked to leave the tile to others. */
+/* A renderer that has answered for a tile in the meantime is not told any more that another one has it. */
 static void test_answered_is_not_recalled(void **state)
 {
     (void)state;
@@ -201,7 +201,8 @@ static void test_answered_is_not_recalled(void **state)
     queue_destroy(queue);
 }
 
-/* It is taken over though somebody else is overdue longer, who has nothing that he has not begun. */
+/* Tiles of a late renderer are taken over even if another one is overdue for longer, if that one has begun all it
+ * holds. */
 static void test_late_behind_a_later_one(void **state)
 {
     (void)state;
@@ -216,7 +217,8 @@ static void test_late_behind_a_later_one(void **state)
     queue_destroy(queue);
 }
 
-/* One who has stopped is not forgotten because somebody has asked who had the tile, too. */
+/* A tile that was passed on from a late renderer to one that then stops is passed on again, though the late one has
+ * dropped it and asked for other work since. */
 static void test_stopped_behind_a_late_one(void **state)
 {
     (void)state;

@@ -10,8 +10,8 @@
 #include "master/queue_parts.h"
 #include "test/queue_halves_fixture.h"
 
-/* Pixels of the largest tile that anybody gets of a picture whose left half costs 1e-4 a pixel, the right one a
- * hundredth of that, on the left or the right. */
+/* Pixels of the largest tile that is handed out in the right or the left half of a picture, whose pixels cost 1e-4 s in
+ * the left half and a hundredth of that in the right one. */
 static uint32_t largest_with(double most_work, bool right)
 {
     const struct queue_config config = {.width = 640,
@@ -37,7 +37,7 @@ static uint32_t largest_with(double most_work, bool right)
     return largest;
 }
 
-/* What may be predicted to take so long at most is split, and nothing else. */
+/* Where the predicted cost of a tile is limited, tiles beyond the limit are split, and no others. */
 static void test_tiles_take_so_long_at_most(void **state)
 {
     (void)state;
@@ -46,7 +46,7 @@ static void test_tiles_take_so_long_at_most(void **state)
     assert_int_equal(largest_with(16e-4, true), largest_with(0, true));
 }
 
-/* Pixels of the largest tile in the dear half of the first full lot after the probes. */
+/* Pixels of the largest tile in the expensive half of the first full lot after the probes. */
 static uint32_t largest_dear(const struct queue_config *config)
 {
     struct queue *queue = queue_create(config);
@@ -67,8 +67,8 @@ static uint32_t largest_dear(const struct queue_config *config)
     return largest;
 }
 
-/* Of a small picture no tile is begun that might be much of a share, though the lot has room for it; of a
- * large one tiles with the same part of all work are. */
+/* In a small picture expensive tiles are split even if the lot has room for them, as one might be a large part of a
+ * renderer's share. In a large picture, tiles that are the same part of all work are handed out whole. */
 static void test_dear_of_few_are_split(void **state)
 {
     (void)state;
@@ -81,8 +81,8 @@ static void test_dear_of_few_are_split(void **state)
     assert_int_equal(largest_dear(&config), 64 * 64);
 }
 
-/* Pixels of the largest tile in some lots, of which a tile of 4 x 4 pixels is two; a first one, before anything is
- * known of how long it takes, has left parts of one. */
+/* Pixels of the largest tile in some lots, each of which should be half of a tile of 4 x 4 pixels. The first lot,
+ * handed out before anything is known of how long tiles take, has left parts of one. */
 static uint32_t largest_of_lots(uint32_t samples)
 {
     const uint32_t renderers = 16;
@@ -109,7 +109,8 @@ static uint32_t largest_of_lots(uint32_t samples)
     return largest;
 }
 
-/* Parts of a small tile cost more than it does where a pixel has few samples, and only there it stays whole. */
+/* A small tile stays whole where its pixels have few samples, and only there: its parts would together cost more than
+ * it does. */
 static void test_small_are_split_by_their_samples(void **state)
 {
     (void)state;
@@ -120,8 +121,8 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(4096), 8);
 }
 
-/* Every renderer but 0 has a lot that it got before anything was known: the probes come back behind it, last those of
- * renderer 0. */
+/* Every renderer but 0 holds a lot that it got before there were predictions. Then all probes come back, those of
+ * renderer 0 last. */
 static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uint32_t *counts)
 {
     struct tile own[LOT_TILES], probes[LOT_TILES];
@@ -139,8 +140,8 @@ static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uin
     assert_true(queue->settled);
 }
 
-/* What late ones have got before anything was known of it, and have not begun, goes to others as it is, unless it is
- * dear: then it waits in pieces. */
+/* Tiles that late renderers got before there were predictions, and have not begun, go to others whole if they are
+ * cheap, and are broken into pieces if they are expensive. */
 static void test_dear_of_late_are_broken_up(void **state)
 {
     (void)state;
@@ -162,7 +163,7 @@ static void test_dear_of_late_are_broken_up(void **state)
         for (uint32_t k = 1; k < counts[i]; k++) {
             const struct item *item = &queue->items[lots[i][k].id];
             bool is_dear = item->x < DEAR_WIDTH / 2, is_near = item->x < DEAR_WIDTH;
-            if (!is_dear && is_near) continue; /* it may be as dear as its neighbours */
+            if (!is_dear && is_near) continue; /* it may be predicted as expensive as its neighbours */
             assert_int_equal(item->pieces > 0, is_dear);
             assert_true(is_dear || item->finished);
             dear += is_dear;

@@ -9,7 +9,7 @@
 
 #include "test/queue_fixture.h"
 
-/* What was asked for or chosen, and no more rows than a share of the picture has. */
+/* The configured tile edge, or the automatic one; a band has no more rows than a renderer's share. */
 static void test_tile_edge(void **state)
 {
     (void)state;
@@ -34,7 +34,7 @@ static void test_tile_edge(void **state)
     }
 }
 
-/* A small share travels in pieces, too: a part of it shows. But not in less than a row. */
+/* Even a small share is cut into several bands, so that its progress shows, but no band is less than a row. */
 static void test_bands_show_progress(void **state)
 {
     (void)state;
@@ -83,7 +83,7 @@ static void test_auto_probe_edge(void **state)
     assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
     assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
     assert_int_equal(queue_auto_probe_edge(64, 48, 1, 1), 0);
-    /* 25 for each, but never more than one in 125 samples. */
+    /* 25 probes for each processor, but never more than one in 125 samples. */
     assert_int_equal(queue_auto_probe_edge(640, 480, 1, 20), 24);
     assert_int_equal(queue_auto_probe_edge(640, 480, 1, 44), 16);
     assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1000), 12);
@@ -91,7 +91,7 @@ static void test_auto_probe_edge(void **state)
     assert_int_equal(queue_auto_probe_edge(1, 1, 65535, 1), 0);
 }
 
-/* Three pixels of four are finished already, in squares of 16, which are no tiles of ours. */
+/* An earlier run has finished three of four pixels, in squares of 16 that do not match the queue's tiles. */
 static bool was_finished(uint32_t x, uint32_t y)
 {
     return x / 16 % 2 || y / 16 % 2;
@@ -162,7 +162,7 @@ static void test_skip(void **state)
     }
 }
 
-/* What comes behind a first pass that an earlier run had finished is predicted as if it had not. */
+/* Where an earlier run has finished pass 0, tiles of later passes are predicted from probes all the same. */
 static void test_passes_behind_a_finished_one(void **state)
 {
     (void)state;

@@ -17,7 +17,7 @@ static const struct queue_config withdrawing = {.schedule = SCHEDULE_DYNAMIC,
                                                 .tile_edge = 16,
                                                 .probe_edge = 8};
 
-/* One of so many asks, and finishes some of what he has. */
+/* One of these renderers, chosen at random, asks for a lot and finishes or drops some of the tiles that it holds. */
 static void take_turn(struct queue *queue, uint32_t renderers, uint64_t *seed, double now,
                       unsigned char *seen)
 {
@@ -41,7 +41,7 @@ static void take_turn(struct queue *queue, uint32_t renderers, uint64_t *seed, d
     }
 }
 
-/* Until the queue is complete; takes out what waits behind so many turns. */
+/* Takes turns until the queue is complete; withdraws work after so many of them. */
 static void withdraw_after(struct queue *queue, uint32_t turns, uint64_t *seed, double *now,
                            unsigned char *seen)
 {
@@ -55,8 +55,8 @@ static void withdraw_after(struct queue *queue, uint32_t turns, uint64_t *seed, 
     check_sums(queue);
 }
 
-/* What nobody has had is taken out; what is out comes back, or goes to others, and then there is room for other
- * work. */
+/* Withdrawing takes out tiles that were never handed out; those that are out come back, from their holders or from
+ * others. After that the queue takes new work. */
 static void test_withdraw(void **state)
 {
     (void)state;
@@ -84,7 +84,7 @@ static void test_withdraw(void **state)
     }
 }
 
-/* One who has stopped with tiles that are not wanted any more keeps nobody waiting. */
+/* The queue does not wait for a renderer that has stopped while it held tiles that are withdrawn. */
 static void test_withdraw_from_stopped(void **state)
 {
     (void)state;
@@ -106,7 +106,7 @@ static void test_withdraw_from_stopped(void **state)
     queue_destroy(queue);
 }
 
-/* Probe tiles that somebody has. */
+/* The number of probe tiles that renderers hold. */
 static uint32_t probes_out(const struct queue *queue)
 {
     uint32_t out = 0;
@@ -115,8 +115,8 @@ static uint32_t probes_out(const struct queue *queue)
     return out;
 }
 
-/* Wherever the pre-pass is ended, no probe goes out any more, and of those that are out each renderer may leave all but
- * the one that it is at; the queue predicts from the first that is back, and the picture is as whole as ever. */
+/* Whenever the pre-pass is ended, no more probes are handed out, and each renderer may drop those it holds except the
+ * one that it is at. The queue predicts from the first probe that is back, and every pixel is rendered once as ever. */
 static void test_probes_end(void **state)
 {
     (void)state;
