@@ -24,11 +24,11 @@ static inline struct tile columns(uint32_t x, uint32_t w)
 
 static const struct tile all = {.w = WIDE, .h = HIGH, .step = 1};
 
-/* What comes in of each pixel. */
+/* What comes in for the pixels of a tile. */
 struct sent {
-    float mean, more; /* of the first one; from each to the next */
+    float mean, more; /* of the first pixel; how much more it is from each one to the next */
     float difference;
-    float rays[2]; /* of those in the left half of the picture, and in the right one */
+    float rays[2]; /* per sample, of pixels in the left half of the picture and in the right one */
 };
 
 static inline void put(struct adaptive *adaptive, struct tile tile, struct sent sent,
@@ -50,12 +50,12 @@ static inline void put(struct adaptive *adaptive, struct tile tile, struct sent 
     adaptive_put(adaptive, &tile, part, seconds);
 }
 
-/* The error of pixels that are all alike, and what their halves then differ by: the largest of those that
- * master/allocation.c does not tell apart, so that passes do what they aim at. */
+/* The error of each pixel where all are alike, and what its halves then differ by. It is the largest error of those
+ * that master/allocation.c does not tell apart, so that passes come to what they aim at. */
 #define EVEN  0.1249
 #define APART (2 * (float)EVEN)
 
-/* Pass 0, 4 samples of each pixel, is in, in 1 s: all alike. */
+/* Pass 0 has come in: 4 samples of each pixel, all alike, in 1 s. */
 static inline struct adaptive *begin_even(struct canvas *canvas, uint32_t max_samples,
                                           double target)
 {
@@ -66,8 +66,8 @@ static inline struct adaptive *begin_even(struct canvas *canvas, uint32_t max_sa
     return adaptive;
 }
 
-/* Of a pixel after the next pass, which takes four doublings at once; those it adds; what is left of squared
- * errors. */
+/* The next pass doubles the samples of each pixel four times. DENSE: samples of a pixel after it; MORE: those that it
+ * adds; LEFT: the part of the squared error that it leaves. */
 #define DENSE 64
 #define MORE  60
 #define LEFT  (1.0 / 64)

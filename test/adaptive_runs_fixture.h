@@ -28,8 +28,8 @@ static inline double ball(double x, double y)
     return hypot(x - 40, y - 50) < 22.3 ? 0.8 - 0.01 * (x - 40) : 0.2 + 0.001 * y;
 }
 
-/* A wire a twentieth of a pixel thick across the whole picture: of four samples in each of its pixels
- * one in five hits. */
+/* A wire a twentieth of a pixel thick across the whole picture: the first four samples meet it in one of five of its
+ * pixels. */
 static inline double wire_at(double x)
 {
     return 20.3 + 0.37 * x;
@@ -47,10 +47,10 @@ static inline double balls(double x, double y)
     return hypot(u, v) < 0.3 ? 1 : 0.2;
 }
 
-/* Which of many pictures of scattered things of a kind it is. */
+/* Chooses one of many pictures of those scenes whose things are scattered at random. */
 static double draw;
 
-/* Two numbers from 0 to 1 of a cell of a grid. */
+/* Two random numbers from 0 to 1 that belong to a cell of a grid. */
 static inline void luck_of(double column, double row, double luck[2])
 {
     const double cell[3] = {column, row, draw};
@@ -58,7 +58,8 @@ static inline void luck_of(double column, double row, double luck[2])
         luck[i] = (double)(hash64(cell, sizeof cell, i) >> 11) * 0x1p-53;
 }
 
-/* One in every ninth pixel, of a sixth of a pixel, anywhere: three in ten are met by the first four samples. */
+/* A disc with a radius of a sixth of a pixel at a random place in each square of 3 x 3 pixels. The first four samples
+ * of pixels meet three in ten of them. */
 static inline double scattered(double x, double y)
 {
     double luck[2];
@@ -67,7 +68,7 @@ static inline double scattered(double x, double y)
                                                                                             : 0.2;
 }
 
-/* Seconds per effort of later passes: not what they are taken for before there are any. */
+/* Seconds per effort of the passes after pass 0, in which it is 1. Other than what is assumed while there are none. */
 #define SLOWER 1.7
 
 /* Samples of each pixel after its last pass. */
@@ -119,7 +120,7 @@ static inline void render_pass(struct adaptive *adaptive, const struct view *vie
     }
 }
 
-/* What a run came to. */
+/* The outcome of a run. */
 struct result {
     struct canvas canvas;
     struct adaptive *adaptive;
@@ -140,7 +141,7 @@ static inline void estimate(struct result *result)
     result->high = estimate.high;
 }
 
-/* All passes. */
+/* Renders all passes. */
 static inline void run(struct result *result, scene_function *f, const struct view *view,
                        double target, uint32_t edge, bool backwards)
 {
@@ -153,7 +154,7 @@ static inline void run(struct result *result, scene_function *f, const struct vi
     estimate(result);
 }
 
-/* What the pixels are, from so many places of each, squared. */
+/* The true pixels: means over a grid of fine x fine places in each. */
 static inline void find_truth(scene_function *f, uint32_t fine, double truth[PIXELS])
 {
     for (uint32_t i = 0; i < PIXELS; i++) {

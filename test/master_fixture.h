@@ -19,10 +19,10 @@
 #include "test/arrivals_fixture.h"
 #include "test/mpi_done.h"
 
-/* Renderer 0 is rank 0's own, 1 is the one that is told. */
+/* Renderer 0 is rank 0's own, 1 is on rank 1. */
 #define RENDERERS 2
 
-/* What was sent to renderer 1 since the last look. */
+/* What the master has sent to renderer 1 since this was last cleared. */
 static struct {
     uint32_t lots, starts, stops;
     struct lot_header headers[4];
@@ -31,7 +31,7 @@ static struct {
     char lot[TILES_MAX_BYTES]; /* the last one */
 } sent;
 
-/* What comes from it next. */
+/* The message of renderer 1 that arrives next. */
 static struct {
     int tag; /* 0: nothing does */
     size_t size;
@@ -182,7 +182,7 @@ static inline bool other_goes_on(struct farm *farm)
     return count > 0;
 }
 
-/* All that renderer 1 has is done, each tile in so many seconds of rendering. */
+/* Renderer 1 finishes all tiles that it holds, each in so many seconds. */
 static inline void finish_all(struct server *server, double seconds)
 {
     struct queue *queue = server->service->queue;
@@ -192,7 +192,7 @@ static inline void finish_all(struct server *server, double seconds)
             queue_finish(queue, 1, id, server_elapsed(server), seconds);
 }
 
-/* Renderer 1 was quick, has got many tiles, and does not answer: others may have them. */
+/* Renderer 1 was quick, has got many tiles, and does not answer any more: others may take them over. */
 static inline void fall_silent(struct farm *farm)
 {
     hand_out(&farm->server, 1);
@@ -202,8 +202,7 @@ static inline void fall_silent(struct farm *farm)
     queue_look(farm->service.queue, server_elapsed(&farm->server));
 }
 
-/* A part of a RESULT for a tile that renderer 1 has, behind what is in the letter; of the pixels only the room
- * is there. */
+/* Appends to the letter what a RESULT says of a tile that renderer 1 holds. The bytes of the pixels are not written. */
 static inline void write_part(const struct tile *tile, struct result_header header)
 {
     header.tile_id = tile->id;
@@ -215,7 +214,7 @@ static inline void write_part(const struct tile *tile, struct result_header head
     assert_true(letter.size <= sizeof letter.bytes);
 }
 
-/* The first tile that renderer 1 has; false: it has none. */
+/* Sets *tile to the first tile that renderer 1 holds; false: it holds none. */
 static inline bool first_held(const struct farm *farm, struct tile *tile)
 {
     if (queue_tile_count(farm->service.queue, 1) == 0) return false;
@@ -225,7 +224,7 @@ static inline bool first_held(const struct farm *farm, struct tile *tile)
     return true;
 }
 
-/* What is in the letter comes from renderer 1: results. */
+/* The letter arrives as a RESULT of renderer 1. */
 static inline void arrive(struct farm *farm)
 {
     letter.tag = TAG_RENDERER_TO_MASTER_RESULT;
@@ -234,7 +233,7 @@ static inline void arrive(struct farm *farm)
     letter.size = 0;
 }
 
-/* Another message from it does. */
+/* A message of another kind arrives from renderer 1. */
 static inline void arrive_as(struct farm *farm, int tag, const void *bytes, size_t size)
 {
     memset(&sent, 0, sizeof sent);
@@ -245,11 +244,11 @@ static inline void arrive_as(struct farm *farm, int tag, const void *bytes, size
     letter.size = 0;
 }
 
-/* So many that lots are large. */
+/* So many tiles that lots are large. */
 static const struct queue_config small_tiles = {
     .width = 128, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
 
-/* Pass 0 is in, renderer 0 has done it; halves differ, so that all pixels are in the next one. */
+/* Renderer 0 has finished pass 0. The halves of all pixels differ, so that the next pass asks for all of them. */
 static inline void finish_first_pass(struct farm *farm)
 {
     uint32_t pixels = farm->canvas.width * farm->canvas.height;

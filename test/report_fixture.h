@@ -1,4 +1,4 @@
-/* A report of a run to tell of, and its table as text. */
+/* A report of a sample run, and its table as text. */
 #ifndef FARM_TEST_REPORT_FIXTURE_H
 #define FARM_TEST_REPORT_FIXTURE_H
 

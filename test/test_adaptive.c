@@ -32,7 +32,7 @@ static void test_flat_needs_one_pass(void **state)
     drop(&result);
 }
 
-/* Squares of whole pixels: no halves differ, and yet there might be something between them. */
+/* Squares of whole pixels: within a pixel nothing differs, and yet something might be hidden at their borders. */
 static double squares(double x, double y)
 {
     return fmod(floor(x / 6) + floor(y / 6), 2);
@@ -48,7 +48,7 @@ static void test_contrast_is_looked_into(void **state)
     drop(&result);
 }
 
-/* Whoever plans: the same, bit for bit. */
+/* One thread and several plan the same, bit for bit. */
 static void test_crews_plan_the_same(void **state)
 {
     (void)state;
@@ -70,8 +70,8 @@ static void test_crews_plan_the_same(void **state)
     drop(&together);
 }
 
-/* The row behind the last pass shows that the target is met, those before it that it was not, however often
- * somebody has looked in between. */
+/* In the error log, the row after the last pass shows that the target is met, and those after earlier passes that it
+ * was not, however many rows were added in between. */
 static void test_rows_show_why_it_ended(void **state)
 {
     (void)state;
@@ -124,8 +124,8 @@ static double lit_ball(double x, double y)
     return light * ball(x, y);
 }
 
-/* The same picture in another unit of light is planned alike, sample for sample: squares of errors would
- * leave the range of floats. */
+/* The same picture in another unit of light gets the same samples, also where squares of its errors would leave the
+ * range of floats. */
 static void test_brightness_does_not_matter(void **state)
 {
     (void)state;
@@ -147,7 +147,7 @@ static void test_brightness_does_not_matter(void **state)
     assert_true(passes > 2);
 }
 
-/* Few of the wire's pixels are met at first; from there nearly all of them are found. */
+/* The first samples meet the wire in few of its pixels; from these nearly all of the others are found. */
 static void test_wire_is_followed(void **state)
 {
     (void)state;
@@ -215,7 +215,7 @@ static void test_not_finite(void **state)
     drop(&good);
 }
 
-/* A limit above which there is nothing, as a journal may have that was not written by us. */
+/* To plan by a limit that no pixel reaches, as a journal of unknown origin may have, changes nothing. */
 static void test_vain_plan_changes_nothing(void **state)
 {
     (void)state;

@@ -21,7 +21,7 @@ static double speck(double x, double y)
     return fabs(x - 33.4) < 0.35 && fabs(y - 61.5) < 0.35 ? 30 : 0.25;
 }
 
-/* The target is met as claimed, and for much less than with the same number everywhere. */
+/* The true error meets the target, and is less than with as many samples spread evenly. */
 static void check_target(scene_function *f, const double truth[PIXELS], double target,
                          uint32_t min_samples)
 {
@@ -32,7 +32,7 @@ static void check_target(scene_function *f, const double truth[PIXELS], double t
     assert_true(result.high <= target);
     if (!(error <= target * 1.02))
         fail_msg("%g, estimated %g, target %g", error, result.estimated, target);
-    /* Not far better than asked for either, where there is more than a handful of pixels. */
+    /* Nor is the error far below the target, but for the speck, which is in a handful of pixels. */
     assert_true(f == speck || error > 0.3 * target);
     struct view even = view_of(2 * (uint32_t)ceil(result.samples / 2), 4096);
     run(&uniform, f, &even, 1e9, 96, false);
@@ -57,7 +57,8 @@ static void test_targets_are_met(void **state)
     }
 }
 
-/* The same of a fifth of the area and in every 81st pixel: there are squares of 32 pixels in which none is met. */
+/* Discs as in scattered(), of a fifth of their area, in each square of 9 x 9 pixels: there are squares of 32 x 32
+ * pixels in which the first samples meet none. */
 static double scarce(double x, double y)
 {
     double luck[2];
@@ -66,7 +67,8 @@ static double scarce(double x, double y)
                                                                                             : 0.2;
 }
 
-/* One of 5 pixels' length and a twelfth of one's width in every square of 8 pixels, in any direction. */
+/* A needle of 5 pixels' length and a twelfth of a pixel's width, in a random direction, in each square of 8 x 8
+ * pixels. */
 static double needles(double x, double y)
 {
     double luck[2];
@@ -77,19 +79,19 @@ static double needles(double x, double y)
     return fabs(along) < 2.5 && fabs(across) < 0.04 ? 1 : 0.2;
 }
 
-/* Of runs: logarithms of what their estimates are of the true error. */
+/* Of several runs: the logarithms of the estimated error divided by the true one. */
 struct ratios {
-    unsigned runs, missed; /* missed: by one of its intervals */
+    unsigned runs, missed; /* missed: runs in which an interval did not have the true error */
     double sum, squares, worst;
 };
 
-/* A run so far. */
+/* A run that see_interval() looks at. */
 struct held {
     const double *truth;
-    bool missed; /* by an interval */
+    bool missed; /* whether an interval did not have the true error */
 };
 
-/* All passes; behind each, when it is estimated, see() is told. */
+/* Renders all passes; calls see() after each, with the estimate that it has come to. */
 static void run_seen(struct result *result, scene_function *f, const struct view *view,
                      double target, void (*see)(const struct result *result, void *context),
                      void *context)
@@ -111,7 +113,7 @@ static void see_interval(const struct result *result, void *context)
     held->missed |= !(result->low <= error && error <= result->high);
 }
 
-/* Pictures of a scene, each with five targets that follow each other by this factor. */
+/* Four pictures of a scene, each rendered to five targets: the first one times powers of the factor. */
 static struct ratios check_scattered(scene_function *f, double target, double factor)
 {
     struct view view = view_of(4, 4096);
@@ -139,10 +141,13 @@ static struct ratios check_scattered(scene_function *f, double target, double fa
     return ratios;
 }
 
-/* Of what is smaller than a pixel and stands apart most is not met at first, and tells nothing. The estimate has it,
- * and the target, whatever it is, is met, and all intervals hold: it is right within a third, and in the mean over
- * pictures within a tenth; where a handful are met at first within a third in the mean, as runs end when these happen
- * to tell little. */
+/*
+ * Where things are smaller than a pixel and stand apart, the first samples miss most of them, so that most of the error
+ * does not show in what samples differ by. The estimate has it all the same: every target is met, all intervals have
+ * the true error, and the estimate is right within a third, in the mean over pictures within a tenth. Where the first
+ * samples meet only a handful of things it is right within a third in the mean, as runs end when these few happen to
+ * show little error.
+ */
 static void test_hidden_errors_count(void **state)
 {
     (void)state;
@@ -191,8 +196,8 @@ static double hairs(double x, double y)
     return 0.9;
 }
 
-/* Where hairs are most of the error and part of their pixels get more samples, too much is told in passes between: in
- * all runs but one the intervals have that. */
+/* Where hairs are most of the error, the estimate is too high as long as only a part of their pixels has got more
+ * samples. The intervals have the true error all the same, in all runs but one at most. */
 static void test_intervals_of_hairs(void **state)
 {
     (void)state;
@@ -221,8 +226,8 @@ static double tilted(double x, double y)
     return normal[0] * (x - 48) + normal[1] * (y - 48) > 3 ? 0.9 : 0.1;
 }
 
-/* How the samples of an edge's pixel happened to fall does not decide about its further ones: errors are
- * estimated neither too small nor too large, over edges of all directions. */
+/* Whether a pixel of an edge gets more samples does not depend on how its first ones happened to fall: over edges of
+ * all directions, errors are estimated neither too small nor too large. */
 static void test_luck_does_not_matter(void **state)
 {
     (void)state;

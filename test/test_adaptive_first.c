@@ -10,7 +10,7 @@
 #include "test/adaptive_runs_fixture.h"
 #include "test/lattice_of.h"
 
-/* What the plot of seconds in render_tile() comes to for a pixel's first samples, four of them. */
+/* The seconds that render_tile() counts for the first four samples of a pixel. */
 static double first_seconds(void)
 {
     return pow(4, EFFORT_POWER);
@@ -33,7 +33,7 @@ static uint64_t cut_off(struct result *result, scene_function *f, const struct v
     return left;
 }
 
-/* The pass is of what this lattice has and nobody has rendered. */
+/* The pass asks for the pixels of this lattice that have no samples yet, and for nothing else. */
 static void check_lattice(const struct adaptive *adaptive, uint32_t lattice)
 {
     static struct refinement asked[PIXELS];
@@ -81,7 +81,7 @@ static void test_cut_off(void **state)
     drop(&cut);
 }
 
-/* Where there is no time at all the coarsest lattice is asked for, then the next finer one that has anything. */
+/* Where there is no time at all, each pass asks for the coarsest lattice that has pixels without samples. */
 static void test_no_time(void **state)
 {
     (void)state;
@@ -97,7 +97,7 @@ static void test_no_time(void **state)
     drop(&cut);
 }
 
-/* By the limit of such a pass it is planned again, and by no other one. */
+/* A pass over a lattice can be planned again from its limit; limits that stand for no lattice are refused. */
 static void test_lattice_again(void **state)
 {
     (void)state;
@@ -120,7 +120,8 @@ static void test_lattice_again(void **state)
     drop(&again);
 }
 
-/* What is no limit of a lattice cuts off nothing; one that is does, as in a journal. */
+/* A limit that stands for no lattice does not cut pass 0 off; one that stands for a lattice does, as when a journal is
+ * read. */
 static void test_strange_limit_cuts_nothing(void **state)
 {
     (void)state;
@@ -142,7 +143,7 @@ static void test_strange_limit_cuts_nothing(void **state)
     drop(&result);
 }
 
-/* Behind pass 0 nothing is cut off. */
+/* Once pass 0 is complete, nothing is cut off. */
 static void test_complete_is_not_cut(void **state)
 {
     (void)state;

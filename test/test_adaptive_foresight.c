@@ -16,8 +16,8 @@ static double stripes(double x, double y)
     return fmod(0.31 * x + y, 3) < 1.25 ? 0.9 : 0.1;
 }
 
-/* What a run foresees for a lower error, in terms of what a run to that takes; it has taken part of that at most. How
- * slow later passes are is learnt. */
+/* The seconds that a run to an error of `goal` predicts for a lower error, divided by those that a run to finer_goal
+ * takes. The first run must take less than this part of the other one's time. It learns how slow later passes are. */
 static double foresight(scene_function *f, double goal, double finer_goal, double part)
 {
     struct view view = view_of(4, 4096);
@@ -27,7 +27,7 @@ static double foresight(scene_function *f, double goal, double finer_goal, doubl
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
     double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated, 1.5);
     assert_true(before < part * took);
-    /* What the first pass tells of the power counts as long as no other does. */
+    /* The power that is passed in counts only as long as no later pass has told another one. */
     double told = before + adaptive_foresee(coarse.adaptive, fine.estimated, 2);
     assert_true(fabs(told / foreseen - 1) < 1e-12);
     assert_true(adaptive_foresee(coarse.adaptive, 1, 1.5) == 0);
@@ -36,7 +36,8 @@ static double foresight(scene_function *f, double goal, double finer_goal, doubl
     return foreseen / took;
 }
 
-/* In the mean it is right, and nearly all single ones are within so many times. */
+/* Predictions from runs to many goals are right within the factor mean_within in the mean, nearly all of them within
+ * the factor `within`. */
 static void check_foresight(scene_function *f, double mean_within, double within)
 {
     double sum = 0;
@@ -53,7 +54,7 @@ static void check_foresight(scene_function *f, double mean_within, double within
     if (far > 2) fail_msg("%d of %d foresights are off by more than %g times", far, goals, within);
 }
 
-/* Where the error is in many pixels. Of the balls many are not met at first. */
+/* In pictures whose error is in many pixels. The first samples miss many of the balls. */
 static void test_seconds_are_foreseen(void **state)
 {
     (void)state;
@@ -67,14 +68,14 @@ static void test_seconds_are_foreseen(void **state)
     assert_true(adaptive_foresee(first.adaptive, 0.02, 2) <
                 0.9 * adaptive_foresee(first.adaptive, 0.02, 1.5));
     drop(&first);
-    /* Not with so few. */
+    /* So few samples are not enough for this error. */
     view.max_samples = 8;
     run(&coarse, ball, &view, 0.006, 32, false);
     assert_true(adaptive_foresee(coarse.adaptive, 1e-5, 1.5) == HUGE_VAL);
     drop(&coarse);
 }
 
-/* The next pass, in 2 s: the error is so much when it is in. */
+/* The next pass comes in, in 2 s, such that each pixel's error is this much afterwards. */
 static void follow_even(struct adaptive *adaptive, double error)
 {
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
@@ -83,15 +84,15 @@ static void follow_even(struct adaptive *adaptive, double error)
         (struct sent){0.5f, 0, (float)((DENSE * 2 * error - 4 * 2 * EVEN) / MORE), {1, 1}}, 2);
 }
 
-/* Seconds to 0.6 of the error, for which samples are doubled. */
+/* The seconds that are predicted to 0.6 of this error, for which all samples are doubled. */
 static double foresee_doubling(struct adaptive *adaptive, double error)
 {
     return adaptive_foresee(adaptive, 0.6 * error, 1.5);
 }
 
-/* After pass 0 as many samples again are taken to last 1.26 times as long, which counts a fifth beside what later
- * ones have lasted. These are taken as if all had come at once. How many rays the pixels take does not matter
- * where all take the same. */
+/* After pass 0, as many samples again are predicted to take 1.26 times as long. Once later passes are in, what they
+ * took counts, and that prediction with a fifth of pass 0's weight beside it. Samples of several passes are treated as
+ * if all had come at once. How many rays pixels take does not matter where all take the same. */
 static void test_seconds_of_a_doubling(void **state)
 {
     (void)state;
@@ -113,8 +114,8 @@ static void test_seconds_of_a_doubling(void **state)
     canvas_free(&canvas);
 }
 
-/* A pass was to leave LEFT of the squares: the less it did, the longer it will take; for ever, if it did
- * more harm than good. */
+/* A pass was expected to leave the part LEFT of the squared error: the more it has left, the more seconds are
+ * predicted, and none if the error has grown. */
 static void test_promises_are_kept_in_mind(void **state)
 {
     (void)state;
@@ -134,7 +135,7 @@ static void test_promises_are_kept_in_mind(void **state)
     }
 }
 
-/* When it is over, to ask for another pass changes nothing. */
+/* Once the target is met, to ask for another pass changes nothing. */
 static void test_asked_again(void **state)
 {
     (void)state;
@@ -156,7 +157,8 @@ static void test_asked_again(void **state)
     canvas_free(&canvas);
 }
 
-/* Where all halves agree by chance, contrasts ask for another pass, which then tells how it is. */
+/* After the second pass all halves agree by chance, so that no error shows. The contrasts between pixels call for
+ * another pass, and then seconds are predicted again. */
 static void test_agreement_by_chance(void **state)
 {
     (void)state;
@@ -177,7 +179,7 @@ static void test_agreement_by_chance(void **state)
     canvas_free(&canvas);
 }
 
-/* What has max_samples cannot become better. */
+/* Pixels that have max_samples cannot become better: no time is enough for a lower error. */
 static void test_nothing_left_to_double(void **state)
 {
     (void)state;

@@ -9,7 +9,8 @@
 
 #include "test/adaptive_by_hand_fixture.h"
 
-/* Pixels count when they are in. What is there already stays, and of a tile of pass 0 all is sent. */
+/* While pass 0 is under way, only the pixels that are in count. Of a tile that is partly in, all pixels are sent again;
+ * those that were in stay as they are. */
 static void test_part_of_a_pass(void **state)
 {
     (void)state;
@@ -38,8 +39,8 @@ static void test_part_of_a_pass(void **state)
     canvas_free(&canvas);
 }
 
-/* Every third pixel of a rectangle, from its second one on: what comes in goes where tile_pixel() says, what is
- * asked for comes from there. */
+/* A tile of every n-th pixel of a rectangle, from its second one on: what comes in goes to the pixels that tile_pixel()
+ * names, and these are not asked for any more. */
 static void test_tile_with_steps(void **state)
 {
     (void)state;
@@ -73,7 +74,8 @@ static void test_tile_with_steps(void **state)
     }
 }
 
-/* What is to be done, and what it is good for, until it is in. */
+/* How many samples a pass asks for, and how much of the squared error they are expected to remove. Pixels that are in
+ * are not asked for any more. */
 static void test_work_of_a_pass(void **state)
 {
     (void)state;
@@ -94,7 +96,7 @@ static void test_work_of_a_pass(void **state)
     canvas_free(&canvas);
 }
 
-/* Whoever plans otherwise has another hash: other levels, at other places. */
+/* Plans that ask for other numbers of samples, or for other pixels, have different hashes. */
 static void test_plans_are_told_apart(void **state)
 {
     (void)state;

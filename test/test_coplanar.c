@@ -28,7 +28,7 @@ static struct scene *planes_scene(void)
     return finish_scene(builder);
 }
 
-/* The same in either order. Then rays meet both at once. */
+/* Whether the two are in one plane, whichever is named first. If so, a ray must meet both at once. */
 static bool coplanar(const struct scene *scene, const uint32_t a[2], const uint32_t b[2])
 {
     enum surfaces found = surfaces_of(scene, a[0], a[1], b[0], b[1]);
@@ -121,7 +121,7 @@ static bool reference_coplanar(const struct corners *a, const struct corners *b)
     return true;
 }
 
-/* 2: one of them is along the ray. */
+/* What compare_flats() is to say of the planes of a and b; 2: one of them is parallel to the ray. */
 static int reference_order(const struct corners *a, const struct corners *b, const struct ray *ray)
 {
     struct accumulator height[2], speed[2], difference;
@@ -172,7 +172,7 @@ static struct scene *nearly_flat(uint64_t *random)
     return finish_scene(builder);
 }
 
-/* From about the plane or far from it, to a corner, in a plane, or across. */
+/* A ray that starts near the triangle's plane, far from it or on a corner, and goes to a corner or past one. */
 static struct ray ray_at(uint64_t *random, const struct corners *to)
 {
     double size = sum_of_sizes(to->at[0]);

@@ -12,7 +12,8 @@
 #include "common/nap.h"
 #include "test/master_fixture.h"
 
-/* Whether renderer 1 is to call half way: before anything is known, and when each tile has taken it so long. */
+/* Lots ask renderer 1 to call half way as long as nothing is known of its speed; `calls`: whether they do so when each
+ * tile has taken it so many seconds. */
 static void check_calls(enum schedule schedule, double seconds, bool calls)
 {
     const struct queue_config config = {
@@ -29,16 +30,20 @@ static void check_calls(enum schedule schedule, double seconds, bool calls)
     farm_close(farm);
 }
 
-/* For the next lot, unless this one gives the master time to look of its own accord. */
+/* A renderer calls for its next lot half way through one, unless that one lasts so long that the master looks for
+ * messages anyway. */
 static void test_who_calls(void **state)
 {
     (void)state;
-    check_calls(SCHEDULE_DYNAMIC, NAP_CALL / 1000, true); /* all 256 take a quarter of it */
+    check_calls(SCHEDULE_DYNAMIC, NAP_CALL / 1000,
+                true); /* all 256 tiles take a quarter of NAP_CALL */
     check_calls(SCHEDULE_DYNAMIC, NAP_CALL, false);
     check_calls(SCHEDULE_STRIPS, NAP_CALL, true); /* nobody predicts anything */
 }
 
-/* How often it was told of this tile, that it is finished or that somebody else has it. */
+/* ---- recalls ---- */
+
+/* How many recalls of this tile were sent, which say that it is finished or else that another renderer has it, too. */
 static unsigned count_told(uint32_t id, bool finished)
 {
     unsigned count = 0;
@@ -47,7 +52,8 @@ static unsigned count_told(uint32_t id, bool finished)
     return count;
 }
 
-/* In one turn of the loop it hears of all that others have done for it, once, in as few messages as may be. */
+/* In one turn of the loop a renderer is told of all its tiles that others have finished, once, in as few messages as
+ * possible. */
 static void test_recalls(void **state)
 {
     (void)state;
@@ -75,7 +81,7 @@ static void test_recalls(void **state)
     farm_close(farm);
 }
 
-/* To one who does not answer messages do not pile up; when it does, it hears of the rest. */
+/* A renderer that does not answer is sent a limited number of recalls; when it answers, it is sent the rest. */
 static void test_recalls_end(void **state)
 {
     (void)state;
@@ -97,6 +103,8 @@ static void test_recalls_end(void **state)
     farm_close(farm);
 }
 
+/* ---- trays ---- */
+
 /* Whether the last lot is one tile, of which all pixels get samples. */
 static bool is_refined_lot(void)
 {
@@ -111,7 +119,8 @@ static bool is_refined_lot(void)
            refinements_sampled(refinements, tile_pixels(&tile)) == tile_pixels(&tile);
 }
 
-/* A lot goes through the tray if it is free, and has room: what a pass asks for of each pixel has not. */
+/* A lot goes through the tray if that is free and large enough. A lot of a later pass is too large, as it says how many
+ * samples each pixel gets: it goes by MPI. */
 static void test_trays(void **state)
 {
     (void)state;
@@ -138,6 +147,8 @@ static void test_trays(void **state)
     }
 }
 
+/* ---- who gets work when there is some ---- */
+
 /* Renderer 1 is at the last of its tiles, and nothing waits. */
 static void come_to_the_last(struct farm *farm)
 {
@@ -152,7 +163,7 @@ static void come_to_the_last(struct farm *farm)
     assert_int_equal(queue_tile_count(queue, 1), 1);
 }
 
-/* Those who have one lot of the two that they may have, as nothing waited, get another when there is more. */
+/* A renderer that has one lot of the two that it may have, as nothing waited, gets another one when work is added. */
 static void test_news(void **state)
 {
     (void)state;
@@ -180,8 +191,8 @@ static void test_news(void **state)
     farm_close(farm);
 }
 
-/* Renderer 1 has nothing to do, and had better not take what another one is about to finish: it gets it
- * when that is overdue, though nothing has come. */
+/* Renderer 1 is idle, and does not get a tile that another one is about to finish. It gets that tile when it is
+ * overdue, even if no message has come since. */
 static void test_idle_get_what_is_overdue(void **state)
 {
     (void)state;
@@ -192,7 +203,7 @@ static void test_idle_get_what_is_overdue(void **state)
     farm->contacts[1].is_ready = true;
     uint32_t count = queue_next(queue, 0, 0, lot);
     for (int i = 0; i < 100; i++)
-        queue_served(queue, 10, 0); /* an answer is dear: so is a short lot */
+        queue_served(queue, 10, 0); /* answers are expensive for the master, so short lots are */
     for (uint32_t i = 1; i < count; i++)
         queue_finish(queue, 0, lot[i].id, 100, 10);
     while (queue_count(queue).finished < queue_count(queue).tiles - 1) {
@@ -211,7 +222,7 @@ static void test_idle_get_what_is_overdue(void **state)
     farm_close(farm);
 }
 
-/* It hears once that it is to stop, and nothing of work afterwards, even when it reports for work only then. */
+/* A renderer is told once to stop, and gets no work afterwards, even if it reports for work only then. */
 static void test_stop(void **state)
 {
     (void)state;

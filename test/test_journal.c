@@ -141,7 +141,8 @@ static void test_full_disk(void **state)
     unlink(PATH);
 }
 
-/* What has lost its place, or is full, goes on elsewhere with all that it holds; never over another file. */
+/* A journal whose file is gone, or whose disk is full, goes on elsewhere with all its records, but never over another
+ * file. */
 static void test_moved(void **state)
 {
     struct scratch *s = *state;
@@ -195,7 +196,7 @@ static blkcnt_t blocks_of(const char *path)
     return status.st_blocks;
 }
 
-/* What a run had reserved that was killed is free when its journal is opened, or set aside. */
+/* Room that a killed run had reserved is given back when its journal is opened, or set aside. */
 static void test_reserved_by_killed(void **state)
 {
     struct scratch *s = *state;
@@ -215,7 +216,7 @@ static void test_reserved_by_killed(void **state)
     unlink(PATH ".1");
 }
 
-/* Where no journal can be, nothing is touched. */
+/* Where no journal can be opened, what is there is left as it is. */
 static void test_no_place(void **state)
 {
     struct scratch *s = *state;

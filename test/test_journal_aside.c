@@ -11,7 +11,7 @@
 
 #include "test/journal_fixture.h"
 
-/* A journal that cannot be told from none is kept for its owner. */
+/* A file that may be no journal is not overwritten, but set aside for its owner. */
 static void test_nothing_whole(void **state)
 {
     struct scratch *s = *state;
@@ -53,7 +53,8 @@ static void test_other_pictures(void **state)
     assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2") + unlink(PATH ".3"), 0);
 }
 
-/* What was set aside comes back for its own picture, whether another one's stands there now or none. */
+/* A journal that was set aside is taken back for its own picture, whether another journal has its place now or none
+ * has. */
 static void test_back_again(void **state)
 {
     struct scratch *s = *state;
@@ -82,14 +83,14 @@ static void test_back_again(void **state)
     assert_int_equal(unlink(PATH ".1"), 0);
 }
 
-/* Of several the longest, also in the place of a header alone. */
+/* Of several journals of the picture the longest is taken back, also where one without records has its place. */
 static void test_longest_back_again(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
     static const char *const apart[] = {"first", "second", "third"};
     static const char *const names[] = {PATH ".1", PATH ".12", PATH ".7"};
-    for (uint32_t longest = 0; longest < 3; longest++) { /* a folder may name it first or last */
+    for (uint32_t longest = 0; longest < 3; longest++) { /* a folder may list it first or last */
         for (uint32_t i = 0; i < 3; i++) {
             write_journal(s, i == longest ? 5 : 2);
             assert_int_equal(rename(PATH, apart[i]), 0);
@@ -105,7 +106,7 @@ static void test_longest_back_again(void **state)
     }
 }
 
-/* Neither what another run has open nor what only begins like it. */
+/* Neither a journal that another run has open is taken back, nor one under a name that is only similar. */
 static void test_not_back_again(void **state)
 {
     struct scratch *s = *state;
@@ -125,7 +126,7 @@ static void test_not_back_again(void **state)
     assert_int_equal(unlink(PATH ".x") + unlink("b" PATH ".1"), 0);
 }
 
-/* Another picture's journal without any tile holds nothing that could be lost. */
+/* Another picture's journal without any tile is overwritten, as there is nothing to lose. */
 static void test_other_picture_without_tiles(void **state)
 {
     struct scratch *s = *state;

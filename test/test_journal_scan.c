@@ -17,7 +17,7 @@
 #include "common/clock.h"
 #include "test/journal_fixture.h"
 
-/* What is torn goes when the journal is opened: a run that is killed leaves none of it. */
+/* A torn record is cut off as soon as the journal is opened, so that it is gone even if that run is killed. */
 static void check_cut(struct scratch *s, size_t size)
 {
     struct seen seen;
@@ -48,7 +48,7 @@ static void test_torn_at_every_byte(void **state)
     assert_int_equal(access(PATH ".1", F_OK), -1);
 }
 
-/* With any bit turned, all records but that one are used, it is told what is damaged, once, and the
+/* With any bit flipped, all records are used but the one that has it. A warning says once how much is damaged, and the
  * record may be appended again. */
 static void test_every_bit_turned(void **state)
 {
@@ -121,7 +121,7 @@ ssize_t pread(int file, void *bytes, size_t count, off_t offset)
     return syscall(SYS_pread64, file, bytes, count, offset);
 }
 
-/* It costs the records in it. */
+/* An unreadable block costs the records in it, and no others. */
 static void test_unreadable_block(void **state)
 {
     struct scratch *s = *state;
@@ -185,9 +185,8 @@ static void test_displaced_records(void **state)
     }
 }
 
-/* A journal of three records, the middle one full of what looks like so many beginnings of records with
- * a quarter of its payload, each so many bytes behind the other; then that one is damaged. Returns how many
- * records are taken. */
+/* Writes three records. The payload of the middle one has so many false beginnings of records, so many bytes apart,
+ * each of which claims a quarter of that payload. Then damages the middle record; returns how many records are read. */
 static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distance)
 {
     enum { BYTES = 1 << 24 };
@@ -218,7 +217,8 @@ static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distan
     return seen.records;
 }
 
-/* What looks like a record and is none does not hide a good one, but neither may it take long. */
+/* What looks like the beginning of a record does not hide a good record, unless there is so much of it that to check
+ * all would take too long. */
 static void test_many_beginnings(void **state)
 {
     double start = clock_thread_cpu();
@@ -229,7 +229,7 @@ static void test_many_beginnings(void **state)
     assert_true(clock_thread_cpu() - start < 10);
 }
 
-/* What the caller cannot use, and what is larger than it may be, ends the journal. */
+/* A record that the reader refuses, or that is larger than it allows, ends the journal. */
 static void test_unusable_records(void **state)
 {
     struct scratch *s = *state;
@@ -250,7 +250,7 @@ static void test_unusable_records(void **state)
     journal_remove(journal);
 }
 
-/* Nothing takes less than no time, or no time that is a number. */
+/* A record whose seconds are below 0 or not finite counts as damaged. */
 static void test_impossible_seconds(void **state)
 {
     struct scratch *s = *state;

@@ -49,6 +49,8 @@ static void add_flat(struct builder *builder, enum kind kind, double half, doubl
 #define PILE   3   /* surfaces in one plane */
 #define RAYS   512 /* some of them as packets and bundles */
 
+/* ---- two surfaces: which is first ---- */
+
 /* A floor in y = HEIGHT and glass above that stands on it. */
 static struct scene *glass_on_floor(enum kind glass, enum kind floor, double share)
 {
@@ -169,6 +171,8 @@ static void test_glass_on_glass(void **state)
     check_all(both_in_one_order, 0.5, 72);
 }
 
+/* ---- three surfaces: through all of them, and back ---- */
+
 /* Three of them in y = HEIGHT, each of a material of its own that lets half of the light through. */
 static struct scene *pile(enum kind upper, enum kind lower)
 {
@@ -182,7 +186,7 @@ static struct scene *pile(enum kind upper, enum kind lower)
     return finish_scene(builder);
 }
 
-/* Rays at the plane, all at surfaces of one material. */
+/* Rays that cross the surfaces together, and what each of them meets next. */
 struct crowd {
     const struct scene *scene;
     struct bvh *bvh;
@@ -191,7 +195,7 @@ struct crowd {
     struct hit hits[RAYS];
 };
 
-/* To what is next on the way, or on the way back. */
+/* All rays go on from their hits to the next surface, or turn back there. */
 static void go_on(struct crowd *crowd, bool back)
 {
     if (back) crowd->reversed = !crowd->reversed;
@@ -207,7 +211,7 @@ static void go_on(struct crowd *crowd, bool back)
     nearest_together(crowd->scene, crowd->bvh, crowd->rays, crowd->hits);
 }
 
-/* PILE: none of those in y = HEIGHT. */
+/* The material that ray i has met of those in y = HEIGHT; PILE: none of them. */
 static uint32_t material_met(const struct crowd *crowd, int i)
 {
     if (!is_bottom(crowd->scene, &crowd->rays[i], &crowd->hits[i])) return PILE;
@@ -235,7 +239,7 @@ static void light_of_all(const struct crowd *crowd, struct vec3 light[RAYS])
     }
 }
 
-/* Half of what came through from the surface before. */
+/* From here twice as much light comes through as from the surface before, as half of it was lost there. */
 static void assert_halved(const struct crowd *crowd, const struct vec3 before[RAYS],
                           struct vec3 light[RAYS])
 {
@@ -244,8 +248,8 @@ static void assert_halved(const struct crowd *crowd, const struct vec3 before[RA
         assert_vector_near(before[i], vec_scale(light[i], 0.5), 0);
 }
 
-/* Each of the three once, in one order; shadow rays, too, cross what is left of them. From the last one
- * back to the middle, there and back again, and out. */
+/* All rays meet each of the three surfaces once, in the same order, and shadow rays cross those that are left. Then
+ * back from the last one to the middle, there and back again, and out. */
 static void passes_each_once(struct crowd *crowd)
 {
     static struct vec3 light[PILE][RAYS];
@@ -299,7 +303,9 @@ static void test_each_is_passed_once(void **state)
             }
 }
 
-/* Two of a square in y = HEIGHT that are cut along different or the same diagonals, with the same vertices. */
+/* ---- sheets with common corners ---- */
+
+/* The same square in y = HEIGHT twice, with the same vertices, cut along the same diagonal or along different ones. */
 static struct scene *two_sheets(unsigned diagonal)
 {
     struct builder *builder = builder_create();
@@ -344,6 +350,8 @@ static void test_sheets_with_common_corners(void **state)
     }
 }
 
+/* ---- a third surface through the same line ---- */
+
 /* An opaque floor, and a wedge of glass on it that ends in the line x = y = 0. */
 static struct scene *wedge_on_floor(void)
 {
@@ -357,7 +365,8 @@ static struct scene *wedge_on_floor(void)
     return finish_scene(builder);
 }
 
-/* Rays to that line cross all three at one place: the floor is met, whatever is looked at first. */
+/* Rays to that line cross the floor and both sides of the wedge at one place: they meet the floor, whichever surface is
+ * tested first. */
 static void test_three_through_one_line(void **state)
 {
     (void)state;
@@ -376,6 +385,8 @@ static void test_three_through_one_line(void **state)
     free(bvh);
     free(scene);
 }
+
+/* ---- oblique surfaces ---- */
 
 /* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
  * (3, -1, 0). */
@@ -400,7 +411,7 @@ static struct scene *oblique_scene(uint64_t *random)
     return finish_scene(builder);
 }
 
-/* What is thrown back or lit from one of them meets none of them. */
+/* Reflected rays and shadow rays that start on one of the triangles meet none of them. */
 static void test_oblique(void **state)
 {
     (void)state;
@@ -441,7 +452,7 @@ static struct scene *large_scene(double reach, uint64_t *random)
     return finish_scene(builder);
 }
 
-/* Close to the eye, what is larger by far is met in the same order by all rays. */
+/* From an eye close to triangles that are far larger than its distance, all rays meet them in the same order. */
 static void test_large_and_oblique(void **state)
 {
     (void)state;

@@ -22,7 +22,7 @@ static void nearest_of_all(const struct scene *scene, const struct bvh *bvh,
     }
 }
 
-/* So much light comes through along each of them. */
+/* Along each ray so much light comes through. */
 static void assert_light(const struct scene *scene, const struct bvh *bvh,
                          const struct ray rays[CROWD], double light)
 {
@@ -38,7 +38,7 @@ static void assert_light(const struct scene *scene, const struct bvh *bvh,
 
 #define ROUND_AXIS vec3(0.36, 0.48, 0.8)
 
-/* Three of glass in one sphere, or in one cylinder or cone, all about the origin; the cylinders of different
+/* Three surfaces of glass in one sphere, cylinder or cone, `far` from the origin; cylinders are of different
  * lengths. */
 static struct scene *round_pile(enum primitive_kind kind, double far, double apex_radius)
 {
@@ -62,7 +62,7 @@ static struct scene *round_pile(enum primitive_kind kind, double far, double ape
     return finish_scene(builder);
 }
 
-/* From all around the axis, some by the rim of what is seen, which all of them meet. */
+/* A random ray from around the axis that meets the surfaces, in some cases close to their outline. */
 static struct ray ray_through(const struct scene *scene, const struct bvh *bvh, uint64_t *random,
                               struct vec3 middle)
 {
@@ -78,7 +78,7 @@ static struct ray ray_through(const struct scene *scene, const struct bvh *bvh, 
     }
 }
 
-/* Into and out of all three, in the same order. */
+/* All rays go into the three surfaces and out of them in the same order. */
 static void crosses_all(const struct scene *scene, const struct bvh *bvh,
                         const struct ray start[CROWD])
 {
@@ -98,7 +98,7 @@ static void crosses_all(const struct scene *scene, const struct bvh *bvh,
         assert_int_equal(hits[i].primitive, PRIMITIVE_NONE);
 }
 
-/* A ray that what it has met throws back, in an order that is `reversed`. */
+/* The ray that is reflected where this one has met a surface; reversed: it crosses surfaces in the reverse order. */
 static struct ray thrown_back(const struct scene *scene, const struct ray *ray,
                               const struct hit *hit, bool reversed)
 {
@@ -112,7 +112,7 @@ static struct ray thrown_back(const struct scene *scene, const struct ray *ray,
     return next;
 }
 
-/* What the second one throws back goes out through the first one alone; and what that throws back, in again. */
+/* A ray that the second surface reflects meets the first one next; reflected by that, it meets the second one again. */
 static void is_thrown_back(const struct scene *scene, const struct bvh *bvh,
                            const struct ray start[CROWD])
 {
@@ -156,7 +156,8 @@ static void test_round(void **state)
     }
 }
 
-/* Two lengths of one open tube, so far away that the other side of it is near the start: all the same it is met. */
+/* Two lengths of one open tube, so far from the origin that, for rounding, its other side counts as near a ray's start:
+ * it is met all the same. */
 static void test_tube_far_away(void **state)
 {
     (void)state;

@@ -11,14 +11,14 @@
 
 #include "test/master_fixture.h"
 
-/* How a run stands that comes to the end of a pass: two of its three processors have rendered all the time. */
+/* The state of a run at the end of a pass. Two of its three processors have rendered all the time. */
 struct standing {
     double elapsed, left; /* wall seconds */
-    unsigned passes;      /* that are in */
+    unsigned passes;      /* that are complete */
     double earlier;       /* seconds of processors' time, by an earlier run */
 };
 
-/* Of pixels that are as uneven as a picture's are. */
+/* A pass comes in, whose pixels have errors as uneven as those of a picture. */
 static void put_uneven_pass(struct farm *farm, double seconds)
 {
     uint32_t pixels = farm->canvas.width * farm->canvas.height;
@@ -33,8 +33,8 @@ static void put_uneven_pass(struct farm *farm, double seconds)
     free(part);
 }
 
-/* Samples that it then asks for, in seconds that as many took in the last pass; 0: none, as that would come too
- * late. *took: wall seconds, which pass for the run as well. */
+/* The samples that the run then asks for, in seconds that as many took in the last pass; 0: none, as they would come
+ * too late. *took: the wall seconds of this function, during which the run's clock goes on. */
 static double asked_for(struct standing standing, double *took)
 {
     struct farm *farm = farm_open(&small_tiles);
@@ -74,16 +74,17 @@ static double asked_for(struct standing standing, double *took)
 static void check_asked(struct standing standing, double least, double most)
 {
     double seconds = 0, took = HUGE_VAL;
-    /* Once more where the test was kept waiting: half of what is taken for work before anything is known (0.01 s). */
+    /* Repeated where the test was kept waiting for more than half of the 0.01 s that are taken for work before anything
+     * is known. */
     for (int attempt = 0; attempt < 100 && took > 0.005; attempt++)
         seconds = asked_for(standing, &took);
     if (!(seconds >= least && seconds <= most))
         fail_msg("%g s are asked for where %g are left", seconds, standing.left);
 }
 
-/* Half of the time that is left, as far as processors are busy, behind pass 0; then nine tenths. At the end
- * somewhat more than there is, but no plan that comes too late. Samples that come later last longer, and
- * less where a pixel gets more at a time. */
+/* The pass after pass 0 gets half of the processors' time that is left, as far as they are busy; later ones get nine
+ * tenths. Near the end a pass may ask for somewhat more than there is time for, but nothing is planned that would come
+ * too late. Later samples take longer, but less so where a pixel gets more at a time. */
 static void test_pass_fits_the_time(void **state)
 {
     (void)state;
@@ -93,11 +94,11 @@ static void test_pass_fits_the_time(void **state)
     check_asked((struct standing){10, 4, 2, 0}, 5, 9);
     check_asked((struct standing){10, 0.7, 1, 0}, 0.7, 1.5);
     check_asked((struct standing){10, 0, 1, 0}, 0, 0);
-    /* All three will render: what an earlier run's have done is not this one's. */
+    /* All three processors are expected to render: how busy those of an earlier run were does not matter. */
     check_asked((struct standing){0, 4, 1, 20}, 2.3, 6);
 }
 
-/* Of a time limit so much is kept as its end takes, but no more than half. */
+/* Of a time limit, so much is reserved as the end of the run takes, but no more than half. */
 static void test_time_is_kept(void **state)
 {
     (void)state;

@@ -124,6 +124,8 @@ static void test_reserve(void **state)
     queue_destroy(queue);
 }
 
+/* ---- progress ---- */
+
 static uint32_t above_last_row(void *state, const struct tile *tile)
 {
     (void)state;
@@ -180,6 +182,8 @@ static void test_progress_of_shares(void **state)
         queue_destroy(queue);
     }
 }
+
+/* ---- renderers that give no sign of life ---- */
 
 /* Renderers 0 and 2 do all that they get, in turn, until neither gets anything. */
 static void work_on(struct queue *queue, unsigned char *seen, const struct queue_config *config)

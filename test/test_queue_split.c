@@ -163,7 +163,7 @@ static void test_dear_of_late_are_broken_up(void **state)
         for (uint32_t k = 1; k < counts[i]; k++) {
             const struct item *item = &queue->items[lots[i][k].id];
             bool is_dear = item->x < DEAR_WIDTH / 2, is_near = item->x < DEAR_WIDTH;
-            if (!is_dear && is_near) continue; /* it may be predicted as expensive as its neighbours */
+            if (!is_dear && is_near) continue; /* it may count as expensive, too */
             assert_int_equal(item->pieces > 0, is_dear);
             assert_true(is_dear || item->finished);
             dear += is_dear;

@@ -1,4 +1,5 @@
-/* How many samples the next pass gives to each pixel: by its error, by what its samples cost, and by the time there is. */
+/* How many samples the next pass gives to each pixel, by its error, by the cost of its samples and by the time there
+ * is. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,8 +10,7 @@
 
 #include "test/adaptive_by_hand_fixture.h"
 
-/* A pass may take so long and no longer: pixels of a picture whose left half has so much more of an error. It
- * asks for something all the same; with time enough it is the one without a limit. */
+/* Pass 0 has come in, in 0.6 s; errors fall from the left to the right of the picture. */
 static struct adaptive *begin_uneven(struct canvas *canvas)
 {
     struct view view = view_of(4, 4096);
@@ -33,7 +33,7 @@ static void test_pass_within_seconds(void **state)
         double samples = adaptive_work(adaptive, &all).samples;
         if (i == 6) any = samples;
         assert_true(samples > 0 && (samples == any) == (i > 3));
-        /* In 0.6 s came 4 samples of each; later ones take longer, but for taking more at once. */
+        /* 4 samples of each pixel took 0.6 s. Later ones take longer, but less so where a pixel gets more at once. */
         if (i > 0 && i < 4)
             assert_true(samples < 4 * ALL * seconds[i] / 0.6 * 1.2 &&
                         samples > 4 * ALL * seconds[i] / 0.6 * 0.4);
@@ -42,7 +42,7 @@ static void test_pass_within_seconds(void **state)
     }
 }
 
-/* By its limit a plan can be made again. */
+/* A plan can be made again from its limit. */
 static void test_plan_by_its_limit(void **state)
 {
     (void)state;
@@ -66,7 +66,8 @@ static void test_plan_by_its_limit(void **state)
         canvas_free(&canvases[i]);
 }
 
-/* What is removed is expected of the spread of all samples: within each pass, and by what passes differ. */
+/* The squared error that a pass is expected to remove follows from the spread of all samples: within each pass, and
+ * between passes. */
 static void test_spread_of_all_passes(void **state)
 {
     (void)state;
@@ -92,8 +93,8 @@ static void test_spread_of_all_passes(void **state)
     canvas_free(&canvas);
 }
 
-/* Of pixels with the same error those get more that cost less. No sample takes less than a ray, whatever is
- * told. */
+/* Of pixels with the same error, those whose samples cost less get more. A sample counts as one ray at least, whatever
+ * number comes in. */
 static void test_dear_pixels_get_less(void **state)
 {
     (void)state;
@@ -108,7 +109,7 @@ static void test_dear_pixels_get_less(void **state)
         struct adaptive *adaptive = adaptive_create(&view, &canvas, 0.4 * EVEN);
         const struct sent sent = {0.5f, 0, APART, {rays[i], 64}};
         put(adaptive, columns(0, 8), sent, 1);
-        put(adaptive, columns(4, 20), sent, 1); /* a part of it is there already */
+        put(adaptive, columns(4, 20), sent, 1); /* columns 4 to 7 are in already */
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
         adaptive_refinements(adaptive, &cheap_one, &cheap);
         adaptive_refinements(adaptive, &dear_one, &dear);
@@ -118,11 +119,12 @@ static void test_dear_pixels_get_less(void **state)
     }
 }
 
-/* What a pixel costs is what all of its samples took, not the last ones. */
+/* The cost of a pixel is that of all its samples, not of the last ones alone. */
 static void test_cost_of_all_samples(void **state)
 {
     (void)state;
-    const float rays[][2] = {{256, 1}, {1, 256}}; /* of the right half, in pass 0 and in pass 1 */
+    const float rays[][2] = {
+        {256, 1}, {1, 256}}; /* per sample in the right half, in pass 0 and in the next one */
     struct view view = view_of(4, 4096);
     struct canvas canvas;
     struct refinement left, right;

@@ -71,7 +71,7 @@ static void test_json(void **state)
     free(text);
 }
 
-/* Of rank i, every number another one. */
+/* Statistics of rank i, in which all numbers are different. */
 static struct renderer_stats distinct_stats(uint32_t i)
 {
     return (struct renderer_stats){
@@ -97,7 +97,7 @@ static struct renderer_stats distinct_stats(uint32_t i)
     };
 }
 
-/* Every number under its own name: none is like another, or twice as large. */
+/* Every number is under its own name: in this report none is like another, or twice as large. */
 static void test_json_whole(void **state)
 {
     (void)state;
@@ -152,7 +152,8 @@ static void test_json_whole(void **state)
     free(text);
 }
 
-/* The first in the picture, not on the lowest rank; what is not a number is null. */
+/* Of the samples that are not finite, the first one in the picture is named, not that of the lowest rank; NaN is
+ * written as null. */
 static void test_bad_samples(void **state)
 {
     (void)state;
@@ -181,7 +182,7 @@ static void test_bad_samples(void **state)
     free(text);
 }
 
-/* A tile that two have rendered is work of both, but once in the picture. */
+/* A tile that two renderers have rendered counts as work of both, but once for the picture. */
 static void test_twice(void **state)
 {
     (void)state;
@@ -201,7 +202,7 @@ static void test_twice(void **state)
     free(text);
 }
 
-/* What an earlier run has met counts for the picture, not for this run's work. */
+/* What an earlier run has counted belongs to the picture, not to this run's work. */
 static void test_resumed(void **state)
 {
     (void)state;

@@ -11,10 +11,11 @@
 
 #include "test/report_fixture.h"
 
-/* Of the last row of a run. */
+/* The last row of a run's error log. */
 static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
 
-/* Of a run with two renderers, here, and that row. */
+/* The report of a run with two renderers whose error log has that row alone; both are kept in the caller's
+ * variables. */
 static struct report report_of_row(struct renderer_stats *renderers, struct error_row *row,
                                    struct error_log *log)
 {
@@ -25,7 +26,7 @@ static struct report report_of_row(struct renderer_stats *renderers, struct erro
     return report;
 }
 
-/* Where less is beyond what is allowed, or nothing tells what it would take. */
+/* Without a prediction: a lower error is beyond max_samples, or nothing is known of it. And what has ended the run. */
 static void test_table_no_forecast(void **state)
 {
     (void)state;
@@ -62,7 +63,7 @@ static void test_table_no_forecast(void **state)
     assert_has(text, "\nstopped by sampling.time_limit, pass 3 was cut off:\n"
                      "  40.0 % of its pixels are missing\n");
     free(text);
-    report.missing_share = 0.0001; /* never none */
+    report.missing_share = 0.0001; /* never shown as 0 */
     text = table_text(&report, 130);
     assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
     free(text);
@@ -72,7 +73,7 @@ static void test_table_no_forecast(void **state)
     free(text);
 }
 
-/* A slope that no sampling has is not shown, and the report has it. */
+/* A slope too steep for any sampling is not shown in the table, but is in the JSON. */
 static void test_table_steep_forecast(void **state)
 {
     (void)state;
@@ -101,7 +102,7 @@ static void assert_table_has(const struct report *report, const char *expected)
     free(text);
 }
 
-/* An error with what less would cost. */
+/* The sampling error, and what a lower one would take. */
 static void test_table_error(void **state)
 {
     (void)state;
@@ -124,7 +125,7 @@ static void test_table_error(void **state)
     assert_table_has(&report, " after 0.037 s\n");
 }
 
-/* An earlier run's part counts as this one's. */
+/* Seconds of an earlier run count like those of this one. */
 static void test_table_error_of_two_runs(void **state)
 {
     (void)state;
@@ -186,7 +187,7 @@ static void test_table_error_of_a_part(void **state)
     assert_table_has(&report, " after 0.037 s,");
 }
 
-/* One sample tells nothing about its own error. */
+/* Without an estimate: the error against a reference, or that it is unknown with one sample a pixel. */
 static void test_table_truth(void **state)
 {
     (void)state;

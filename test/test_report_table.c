@@ -42,7 +42,7 @@ static void test_table(void **state)
     text = table_text(&report, 80);
     assert_has(
         text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
-    /* All of them wait while a pass is planned. */
+    /* All renderers wait while a pass is planned. */
     assert_null(strstr(text, "planning"));
     free(text);
     report.plan_s = 0.3;
@@ -50,7 +50,7 @@ static void test_table(void **state)
     assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
                      "  waiting             0.200 s    5.0 %  #\n");
     free(text);
-    /* No more of that than they have waited. What was read of a journal is nothing else besides. */
+    /* Planning has no more time than renderers have waited. Reading the journal is not counted under `other`, too. */
     report.plan_s = 9;
     report.resumed.records = 1;
     report.time.resume = 1;
@@ -108,7 +108,7 @@ static double sum_of_parts(const char *text)
     return sum;
 }
 
-/* The pre-pass is none of what is left, nor is the time in which somebody else had the core. */
+/* The pre-pass has a line of its own, and so has the time in which others had the core: they are not in the rest. */
 static void test_table_parts(void **state)
 {
     (void)state;
@@ -138,7 +138,7 @@ static void test_table_parts(void **state)
                      "  sending, other      0.125 s    3.1 %  #\n");
     assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
     free(text);
-    /* No more of it than fits beside the rest, as where a time limit cuts it off. */
+    /* The pre-pass has no more time than the rest leaves, as where a time limit cuts it off. */
     report.time.probe = 3;
     renderers[0].cpu_s = renderers[1].cpu_s = 3.375;
     text = table_text(&report, 80);
@@ -151,7 +151,7 @@ static void test_table_parts(void **state)
     free(text);
 }
 
-/* More renderers than cores are no faster than these, and the CPU time of one is not uneven. */
+/* More renderers than cores are no faster than the cores. With a single renderer no imbalance is shown. */
 static void test_table_cores(void **state)
 {
     (void)state;
@@ -184,7 +184,7 @@ static void test_table_cores(void **state)
     free(text);
 }
 
-/* A picture that an earlier run has left as a whole says nothing of the renderers. */
+/* If an earlier run has finished the whole picture, there is nothing to say of the renderers. */
 static void test_table_nothing_rendered(void **state)
 {
     (void)state;
@@ -206,7 +206,7 @@ static void test_table_nothing_rendered(void **state)
     free(text);
 }
 
-/* Of the columns, pixels go first: a share and its bar say more. */
+/* In a narrow terminal the column of pixels is the first to be left out: a share and its bar say more. */
 static void test_table_narrow(void **state)
 {
     (void)state;
@@ -226,7 +226,7 @@ static void test_table_narrow(void **state)
     free(text);
 }
 
-/* What a PNG cannot show is told where there is any. */
+/* Clipped pixels, which a PNG cannot show, are mentioned where there are any. */
 static void test_table_clipped(void **state)
 {
     (void)state;
@@ -244,14 +244,14 @@ static void test_table_clipped(void **state)
     free(text);
 }
 
-/* What the picture may lack is told where it lacks something. */
+/* What truncated paths may add to a pixel at most is shown where it is not 0. */
 static void test_table_truncation(void **state)
 {
     (void)state;
     struct renderer_stats renderers[1];
     static const struct {
         double most;
-        const char *text; /* never less than that */
+        const char *text; /* rounded up */
     } bounds[] = {{0.0321, "0.033"},
                   {0.032, "0.032"},
                   {0.0401358, "0.041"},
@@ -342,7 +342,7 @@ static void test_table_of_many(void **state)
     assert_has(text, "  host\n");
     assert_has(text, "  node ");
     free(text);
-    *renderers[7].host = '\0'; /* it has never reported: nobody knows */
+    *renderers[7].host = '\0'; /* a renderer that has never reported has no known host */
     text = table_text(&report, 80);
     assert_null(strstr(text, "  host\n"));
     free(text);

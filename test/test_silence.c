@@ -31,7 +31,7 @@ static void test_who_is_silent(void **state)
     farm_close(farm);
 }
 
-/* However short the patience is, who is asked has time to answer. */
+/* However short the patience is, a renderer that is asked for a sign of life has time to answer. */
 static void test_who_is_asked(void **state)
 {
     (void)state;
@@ -50,7 +50,7 @@ static void test_who_is_asked(void **state)
     farm_close(farm);
 }
 
-/* Nobody is left who renders when all are silent, one is not enough; rank 0 itself never is. */
+/* The run is deserted when all renderers are silent, not when one is, and never while rank 0 renders itself. */
 static void test_who_is_left(void **state)
 {
     (void)state;

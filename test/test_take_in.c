@@ -14,7 +14,8 @@
 #include "test/fatal.h"
 #include "test/master_fixture.h"
 
-/* What is known of a renderer that leaves without a word: what it has brought into the picture. */
+/* The master itself counts what a renderer has brought into the picture: so much is known even if it leaves without a
+ * word. */
 static void test_answers_are_counted(void **state)
 {
     (void)state;
@@ -40,7 +41,8 @@ static void test_answers_are_counted(void **state)
     farm_close(farm);
 }
 
-/* A tile that was dropped before it was begun was no rendering; one that takes long may be back already. */
+/* A tile that was dropped before it was begun does not count as rendered. The report that a tile takes long may come
+ * when it is back already. */
 static void test_what_is_not_finished(void **state)
 {
     (void)state;
@@ -71,7 +73,7 @@ static void leave_in_tray(struct farm *farm, uint32_t bytes)
     assert_true(take_in(&farm->server));
 }
 
-/* What lies in the tray is taken, and its place is free again. */
+/* A result in the tray is taken in, and its slot is free again. */
 static void test_answer_in_a_tray(void **state)
 {
     (void)state;
@@ -93,7 +95,7 @@ static void test_answer_in_a_tray(void **state)
     farm_close(farm);
 }
 
-/* It is heard of, and counted when it has said goodbye. */
+/* A PONG is a sign of life. A renderer that has sent its statistics at the end is gone. */
 static void test_goodbye(void **state)
 {
     (void)state;
@@ -129,6 +131,8 @@ static void test_probes_are_not_counted(void **state)
     assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 7);
     farm_close(farm);
 }
+
+/* ---- messages that make no sense ---- */
 
 /* Messages that make no sense, from a renderer that has tiles, some of which others have, too. */
 enum wrong {
@@ -189,7 +193,7 @@ static void try_wrong(void *state)
     if (it->wrong == OTHER_KIND) arrive_as(it->farm, 99, "", 0);
 }
 
-/* They end the run, with a line that says so. */
+/* Messages that make no sense end the run, with a line that says so. */
 static void test_wrong_messages(void **state)
 {
     (void)state;
@@ -231,7 +235,7 @@ static void try_less(void *state)
     arrive(farm);
 }
 
-/* Of a pass exactly those pixels are expected that were asked for: others would get their samples. */
+/* An answer must have exactly the pixels that the pass has asked for: else samples would go to the wrong pixels. */
 static void test_less_than_asked(void **state)
 {
     (void)state;
