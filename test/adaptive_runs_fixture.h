@@ -154,25 +154,6 @@ static inline void run(struct result *result, scene_function *f, const struct vi
     estimate(result);
 }
 
-/* The true pixels: means over a grid of fine x fine places in each. */
-static inline void find_truth(scene_function *f, uint32_t fine, double truth[PIXELS])
-{
-    for (uint32_t i = 0; i < PIXELS; i++) {
-        double sum = 0;
-        for (uint32_t s = 0; s < fine * fine; s++)
-            sum += f(i % EDGE + (s % fine + 0.5) / fine, i / EDGE + (s / fine + 0.5) / fine);
-        truth[i] = sum / (fine * fine);
-    }
-}
-
-static inline double true_error(const struct result *result, const double truth[PIXELS])
-{
-    double squares = 0;
-    for (uint32_t i = 0; i < PIXELS; i++)
-        squares += pow((double)result->canvas.rgb[3 * i] - truth[i], 2);
-    return sqrt(squares / PIXELS);
-}
-
 static inline void drop(struct result *result)
 {
     adaptive_destroy(result->adaptive);

@@ -21,6 +21,25 @@ static double speck(double x, double y)
     return fabs(x - 33.4) < 0.35 && fabs(y - 61.5) < 0.35 ? 30 : 0.25;
 }
 
+/* The true pixels: means over a grid of fine x fine places in each. */
+static void find_truth(scene_function *f, uint32_t fine, double truth[PIXELS])
+{
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        double sum = 0;
+        for (uint32_t s = 0; s < fine * fine; s++)
+            sum += f(i % EDGE + (s % fine + 0.5) / fine, i / EDGE + (s / fine + 0.5) / fine);
+        truth[i] = sum / (fine * fine);
+    }
+}
+
+static double true_error(const struct result *result, const double truth[PIXELS])
+{
+    double squares = 0;
+    for (uint32_t i = 0; i < PIXELS; i++)
+        squares += pow((double)result->canvas.rgb[3 * i] - truth[i], 2);
+    return sqrt(squares / PIXELS);
+}
+
 /* The true error meets the target, and is less than with as many samples spread evenly. */
 static void check_target(scene_function *f, const double truth[PIXELS], double target,
                          uint32_t min_samples)
