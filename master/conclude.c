@@ -9,6 +9,7 @@
 #include "master/image_file.h"
 #include "master/output_file.h"
 #include "master/run.h"
+#include "master/start_times.h"
 #include "master/timeline_output.h"
 
 int close_output(void)
@@ -162,11 +163,13 @@ static bool judge_limit(const struct run *run, const struct service *service)
     uint64_t pixels = canvas_pixels(&run->canvas);
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
+        char *parts = start_times_text(&run->report.time);
         user_error(NULL, 0,
                    "sampling.time_limit = %g s was over before any sample was taken, expected "
-                   "a longer one: rendering began after %.3g s, %.3g s were kept for writing and "
-                   "for telling the error",
-                   limit, service->began - run->start, service->kept_s);
+                   "a longer one: rendering began after %.3g s (%s), %.3g s were kept for writing "
+                   "and for telling the error",
+                   limit, service->began - run->start, parts, service->kept_s);
+        free(parts);
         return false;
     }
     if (unsampled > 0)

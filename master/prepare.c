@@ -8,8 +8,10 @@
 #include "master/enclosed.h"
 #include "master/image_file.h"
 #include "master/journal.h"
+#include "master/late_note.h"
 #include "master/output_file.h"
 #include "master/run.h"
+#include "master/start_times.h"
 #include "master/timeline_output.h"
 #include "master/truth.h"
 
@@ -141,11 +143,12 @@ static bool starts_in_time(struct run *run)
     double limit = run->job.settings.sampling.time_limit, elapsed = clock_wall() - run->start;
     uint64_t pixels = canvas_pixels(&run->canvas);
     if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return true;
+    char *parts = start_times_text(&run->report.time);
     user_error(NULL, 0,
                "sampling.time_limit = %g s was over before any sample was taken, expected a longer "
-               "one: scene and picture were in memory after %.3f s (starting MPI %.3f s, loading "
-               "%.3f s)",
-               limit, elapsed, run->report.time.init, run->report.time.load);
+               "one: scene and picture were in memory after %.3g s (%s)",
+               limit, elapsed, parts);
+    free(parts);
     save_drop(run->save);
     run->save = NULL;
     return false;
@@ -190,15 +193,33 @@ static int make_scene(struct run *run, const struct view *view, struct scene **b
     return -1;
 }
 
-static int open_rendering(struct run *run, const struct view *view, const struct scene *block)
+/* Seconds for which nobody is told what they wait for. */
+#define ROOM_PATIENCE 1.0
+
+/* Clearing gigabytes takes seconds, and up to a minute where the system has to make room for them first. */
+static void make_room(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
-    double start = clock_wall();
+    double start = clock_wall(), pixels = (double)view->region_w * view->region_h;
+    size_t bytes = 3 * sizeof(float);
+    if (settings_adaptive(settings)) bytes += adaptive_pixel_bytes();
+    char *text =
+        format_text("preparing %.1f MB of memory for the picture", 1e-6 * (double)bytes * pixels);
+    struct late_note note;
+    late_note_start(&note, text, ROOM_PATIENCE);
     canvas_init(&run->canvas, view->region_w, view->region_h);
     if (settings_adaptive(settings))
         run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
+    late_note_end(&note);
+    free(text);
     run->report.time.room = clock_wall() - start;
-    start = clock_wall();
+}
+
+static int open_rendering(struct run *run, const struct view *view, const struct scene *block)
+{
+    const struct settings *settings = &run->job.settings;
+    make_room(run, view);
+    double start = clock_wall();
     bool opened = open_save(run, block);
     run->report.time.resume = clock_wall() - start;
     if (!opened) return STATUS_INPUT;

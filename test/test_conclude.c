@@ -9,6 +9,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/run.h"
+#include "master/start_times.h"
 #include "master/text_file.h"
 #include "test/text.h"
 
@@ -131,6 +132,36 @@ static void test_target_and_time(void **state)
     run_close(&run);
 }
 
+/* What has used up a time limit is told, the longest part first. */
+static void test_no_samples(void **state)
+{
+    struct scratch *s = *state;
+    struct run run = run_open();
+    struct service service = {.timed_out = true, .began = run.start + 7.35, .kept_s = 1.5};
+    run.job.settings.sampling.time_limit = 8;
+    run.report.time = (struct run_times){
+        .init = 0.06, .load = 1.25, .room = 4, .resume = 0.5, .broadcast = 0.04, .build = 1.5};
+    sample_rows(&run, 0);
+    message_capture(s->said, sizeof s->said);
+    int status = run_conclude(&run, &service);
+    message_capture(NULL, 0);
+    assert_int_equal(status, STATUS_FAILED);
+    assert_has(s->said,
+               ": rendering began after 7.35 s (picture memory 4 s, building the BVH 1.5 s, "
+               "loading 1.25 s), 1.5 s were kept for writing and for telling the error\n");
+    run_close(&run);
+}
+
+/* None is told that hardly counts. */
+static void test_short_start(void **state)
+{
+    (void)state;
+    const struct run_times time = {.init = 0.03, .load = 1.2, .room = 50, .build = 0.1};
+    char *text = start_times_text(&time);
+    assert_string_equal(text, "picture memory 50 s, loading 1.2 s");
+    free(text);
+}
+
 /* What a time limit has left without samples is told, and not what has some. */
 static void test_pixels_without_samples(void **state)
 {
@@ -203,6 +234,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_means),           cmocka_unit_test(test_no_messages),
+        cmocka_unit_test(test_no_samples),      cmocka_unit_test(test_short_start),
         cmocka_unit_test(test_target_and_time), cmocka_unit_test(test_pixels_without_samples),
         cmocka_unit_test(test_time_of_writing), cmocka_unit_test(test_given_up),
     };

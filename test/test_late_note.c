@@ -1,0 +1,50 @@
+/* A note that is printed only where something takes long. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/late_note.h"
+
+static void test_late(void **state)
+{
+    (void)state;
+    char said[100] = "";
+    struct late_note note;
+    message_capture(said, sizeof said);
+    late_note_start(&note, "still there", 0.01);
+    /* Until it is printed, which a busy machine may delay. */
+    for (int i = 0; i < 1000 && !*(volatile char *)said; i++)
+        clock_sleep(0.01);
+    late_note_end(&note);
+    message_capture(NULL, 0);
+    assert_string_equal(said, "farm: still there\n");
+}
+
+/* What is done in time is not told, nor waited for. */
+static void test_in_time(void **state)
+{
+    (void)state;
+    char said[100] = "";
+    struct late_note note;
+    double start = clock_wall();
+    message_capture(said, sizeof said);
+    late_note_start(&note, "still there", 60);
+    late_note_end(&note);
+    message_capture(NULL, 0);
+    assert_string_equal(said, "");
+    assert_true(clock_wall() - start < 30);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_late),
+        cmocka_unit_test(test_in_time),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
