@@ -27,23 +27,23 @@
 VERSION := 0.1.0
 .DEFAULT_GOAL := all
 
-# All processors compile, unless make is told how many. Several goals are made one after the other:
-# what cleans or measures has the machine to itself.
+# Make runs as many jobs as there are processors, unless it is told a number. Several goals are made one after the
+# other, so that goals that clean or measure have the machine to themselves.
 ifneq ($(word 2,$(filter-out deps bench-deps,$(MAKECMDGOALS))),)
 .NOTPARALLEL:
 else ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
-# What a fresh Debian or Ubuntu lacks; from cmocka on, the tests' own: pgrep, ip.
+# Packages that a fresh Debian or Ubuntu lacks; those from cmocka on are for the tests (pgrep, ip).
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev zlib1g-dev \
             libcmocka-dev libgmp-dev libmpfr-dev procps iproute2
 
-# What the bench beside the peers needs beyond that.
+# Further packages for the benches that compare the farm with other programs.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
 BESIDE_PEERS   := bench-kernel bench-error
 
-# The shell commands that install those of these packages that are not there.
+# Shell commands that install the missing ones of these packages.
 install_missing = missing=""; for p in $(1); do \
 	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
 	        || missing="$$missing $$p"; done; \
@@ -61,8 +61,8 @@ deps:
 bench-deps:
 	@$(call install_missing,$(PACKAGES) $(BENCH_PACKAGES))
 
-# How all else is built depends on what is installed: with `make deps run`, a make of its own reads that
-# afterwards.
+# How the rest is built depends on what is installed. So with `make deps run`, another make is started for the rest
+# after the installation.
 INSTALLED := $(filter deps bench-deps,$(MAKECMDGOALS))
 ifndef INSTALLED_BEFORE
 INSTALLED += $(if $(filter $(BESIDE_PEERS),$(MAKECMDGOALS)),bench-deps)
@@ -77,7 +77,7 @@ $(AFTERWARDS): $(INSTALLED)
 	@$(MAKE) --no-print-directory INSTALLED_BEFORE=yes $@
 else
 
-# MPICH by its own name, where several MPIs are installed side by side.
+# mpicc.mpich is MPICH's compiler if several MPIs are installed side by side.
 MPICC   := $(firstword $(shell command -v mpicc.mpich mpicc) mpicc)
 OBJCOPY ?= objcopy
 MPIEXEC = $(firstword $(shell command -v mpiexec.hydra mpiexec) mpiexec)
@@ -87,34 +87,34 @@ BUILD    := build
 FARM     := farm
 WARNINGS := -Wall -Wextra -Werror -Wshadow -Wconversion -Wdouble-promotion -Wundef \
             -Wmissing-prototypes -Wstrict-prototypes -Wcast-qual -Wvla -Wpointer-arith
-# -ffp-contract=off: no fused operation that the source does not name, so that every compiler and
-# optimisation level gives the same bits.
+# -ffp-contract=off: only operations that the source names as fused are fused, so that every compiler and optimisation
+# level gives the same bits.
 FLOAT    := -ffp-contract=off -fno-math-errno -fopenmp-simd
-# -g1: enough for backtraces and profiles; the rest of -g costs a third of the time to compile.
+# -g1 is enough for backtraces and profiles; the rest of -g takes a third of the time to compile.
 OPTIMISE ?= -O2 -g1
 SANITIZE :=
 FLAGS    := -std=c17 $(OPTIMISE) $(WARNINGS) $(FLOAT) -pthread -D_GNU_SOURCE -I. -MMD -MP \
             -DFARM_VERSION='"$(VERSION)"' $(SANITIZE)
 
-# What MPICC calls. The script itself starts a process for each of its arguments, a tenth of the time to
-# build. A plain compiler, which shows nothing, is called as it is.
+# The compiler that MPICC calls, without MPICC: the wrapper script starts a process for each of its arguments, which
+# takes a tenth of the build time. If MPICC is a plain compiler, which has no -show, it is called itself.
 COMPILE  := $(or $(shell $(MPICC) -show -c 2>/dev/null),$(MPICC) -c)
 LINK     := $(filter-out -c,$(COMPILE))
 LIBS     := -linih -lz -lm $(filter -L% -l% -Wl%,$(shell $(MPICC) -show 2>/dev/null))
 
-# `make V=1` shows the whole commands.
+# `make V=1` shows complete commands.
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-# A program of what it depends on, and of these libraries.
+# Links a program from its prerequisites and these libraries.
 define link
 $(say)  link $@
 $(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(1) -o $@
 endef
 
-# The kernel's files, compiled for each level of processor; what a level adds to the compiler's flags
-# comes last. Of each level one object is left that shows its table alone; the portable one, plain
-# functions without SIMD, is also what the tests of a single function are linked with.
+# The kernel's files are compiled for each level of processor, whose flags follow the others. The objects of a level are
+# linked into one, of which only the kernel's table is visible. Tests of single functions are linked with the functions
+# of the portable level, which are plain functions without SIMD.
 KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/survey.c worker/work.c worker/hear.c \
     worker/send.c worker/node.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
 LEVELS := portable
@@ -125,7 +125,8 @@ AVX2 := -mavx2 -mfma -mbmi -mbmi2 -mlzcnt -mpopcnt
 FLAGS_avx2   := $(AVX2)
 FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
 
-# Called from outside: worker/kernel.c has functions of these names, which choose the level.
+# The kernel's functions that are called from outside: worker/kernel.c has functions of the same names, which choose the
+# level.
 ENTRIES := nearest nearest_rough occluded surface_at renderer_task
 HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
 HIDE_avx2     := --keep-global-symbol=kernel_avx2
@@ -137,8 +138,8 @@ LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
 UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(filter-out test/test_bundles.c,$(wildcard test/test_*.c)))
 
-# Tests of what is inside of the kernel are run as AVX2 has it, too, where the processor does: linked with
-# the level's single files.
+# If the processor supports AVX2, tests of the kernel's internals are also run at that level, linked with its single
+# objects.
 INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BUILD)/avx2/test/, \
     test_bundles test_duplicates test_float_slabs test_pinhole test_pinhole_bounds test_points \
     test_rough_triangles test_tree))
@@ -159,7 +160,7 @@ all: $(FARM) scenes
 $(FARM): $(OBJECTS)
 	$(call link,$(LIBS))
 
-# What compiles, and how: when that is not what it was, all is compiled again.
+# The compiler and its flags: if they have changed, everything is compiled again.
 COMPILES := $(strip $(COMPILE) $(FLAGS) $(CFLAGS))
 $(BUILD)/flags: $(if $(findstring |$(COMPILES)|,|$(file <$(BUILD)/flags)|),,FORCE)
 	@mkdir -p $(@D)
@@ -170,14 +171,14 @@ $(BUILD)/%.o: %.c Makefile $(BUILD)/flags
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) $(CFLAGS) $< -o $@
 
-# Which sources these are: common/build.h.
+# The checksum of the sources, see common/build.h.
 CODE := $(sort $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch]))
 $(BUILD)/common/build.o: common/build.c $(CODE) Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) $< -o $@
 
-# $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
+# Rules for $(BUILD)/avx2/worker/nearest.o and so on, and for $(BUILD)/kernel_avx2.o, which consists of them.
 define level_rules
 $(BUILD)/$(1)/%.o: %.c Makefile $(BUILD)/flags
 	@mkdir -p $$(@D)
@@ -223,18 +224,18 @@ $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balanc
     $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_trace.o $(BUILD)/bench/report_values.o \
     $(BUILD)/bench/median.o
 
-# What is tested against numbers of any precision.
+# Tests that compare with numbers of arbitrary precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
 
 # The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(call link,$(LIBS) -lmpfr -lgmp)
 
-# Each has the machine to itself, and the others are made when one fails.
+# Each bench has the machine to itself. If one fails, the others are still made.
 BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncation bench-stability \
            bench-faults
 
-# What a bench has found is drawn even where that makes it fail; behind its command.
+# To be appended to the command of a bench: draws its plots even if it has failed.
 draw = ; status=$$?; gnuplot bench/$(1).gp || status=1; exit $$status
 
 bench:
@@ -242,8 +243,8 @@ bench:
 	    $(MAKE) --no-print-directory $$bench || failed="$$failed $$bench"; done; \
 	    [ -z "$$failed" ] || { echo "failed:$$failed"; exit 1; }
 
-# Some 45 minutes of two idle cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less;
-# "--kernel avx2 --alike 33" for a level of the kernel and rays that go through the tree in bundles.
+# Takes some 45 minutes of two idle cores. STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" is shorter; "--kernel avx2
+# --alike 33" selects a level of the kernel, and rays that traverse the tree in bundles.
 bench-stability: $(BUILD)/bench/stability all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
@@ -256,21 +257,21 @@ $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o \
     $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
 	$(call link,$(LIBS) -lmpfr -lgmp)
 
-# Some minutes; SCENES=FOLDER for the scene files of another folder as well.
+# Takes some minutes. SCENES=FOLDER adds the scene files of another folder.
 bench-error-truncation: $(BUILD)/bench/error_truncation all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
 	$(BUILD)/bench/error_truncation --csv bench/out/error_claims.csv \
 	    --markdown bench/out/error_claims.md $(ERROR_TRUNCATION_OPTIONS)$(call draw,error_claims)
 
-# The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
-# KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
+# Compares the kernel with Embree, Tachyon and POV-Ray, on one thread each; takes about a quarter of an hour.
+# KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" is shorter.
 BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
               bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c)
 EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
 EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
 
-# The peer has all that the compiler can do for it.
+# Embree's program gets all optimisations that the compiler offers.
 $(EMBREE): FLAGS += -O3 -march=native -ffast-math -fno-finite-math-only -ffp-contract=fast
 
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
@@ -305,7 +306,7 @@ $(BUILD)/bench/omit: $(addprefix $(BUILD)/,bench/omit.o bench/median.o bench/rep
     common/memory.o)
 	$(call link,-lm)
 
-# About five minutes.
+# Takes about five minutes.
 bench-omit: $(BUILD)/bench/omit all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
@@ -314,7 +315,7 @@ bench-omit: $(BUILD)/bench/omit all
 $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(call link)
 
-# Loaded in front of the C library, so without sanitizers of its own.
+# Libraries for LD_PRELOAD, which therefore have no sanitizers.
 PRELOADED := bench/faults_slow bench/faults_stop test/several_nodes
 $(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
@@ -324,10 +325,10 @@ $(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c Makefile $(BUILD)/flags
 FAULTS := $(addprefix $(BUILD)/bench/,faults_journal faults_slow.so faults_stop.so)
 # One run in twelve is without a fault.
 FAULT_RUNS ?= 330
-# With and without a journal; 20 s each.
+# Pairs of runs with and without a journal, of 20 s each.
 FAULT_PAIRS ?= 7
 
-# Some forty minutes of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
+# Takes some forty minutes of two idle cores. FAULT_RUNS=50 is shorter; FAULTS_KINDS="none" runs without faults.
 bench-faults: $(FAULTS) all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
@@ -336,8 +337,8 @@ bench-faults: $(FAULTS) all
 	    sh bench/faults.sh $(FAULT_RUNS) 1 bench/out$(call draw,faults)
 	FARM="$(abspath $(FARM))" sh bench/faults_cost.sh $(FAULT_PAIRS) bench/out$(call draw,faults_cost)
 
-# How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
-# the parts that need a quiet machine, the others being kept.
+# How the work is distributed. Takes some 20 minutes of two idle cores. BALANCE_OPTIONS="--only real,model" runs the
+# parts that need a quiet machine, and keeps the results of the others.
 BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)) \
            bench/median.c bench/report_values.c)
 
@@ -369,7 +370,7 @@ asan:
 	    SANITIZE='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
 	    test
 
-# Some minutes; whole runs on several processes.
+# Whole runs on several processes; takes some minutes.
 valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
@@ -390,8 +391,8 @@ lint:
 	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' \
 	    -D_Noreturn='__attribute__((noreturn))' $(LINT_IN) bench
 
-# libFuzzer comes with clang; where its run-time library is a package of its own, clang alone cannot
-# link a fuzz target.
+# libFuzzer is part of clang. Where its run-time library is a separate package, clang alone cannot link a fuzz target:
+# this command tests that.
 fuzz_links = echo 'int LLVMFuzzerTestOneInput(const char *d, long n); \
     int LLVMFuzzerTestOneInput(const char *d, long n) { return !d && n; }' | \
     clang -fsanitize=fuzzer,address -x c - -o /dev/null 2>/dev/null
@@ -400,7 +401,7 @@ fuzz-deps:
 	@$(fuzz_links) || { $(call install_missing,clang); }
 	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
 
-# All of rank 0 but MPI and what calls for it.
+# Everything of rank 0 except the files that use MPI and those that depend on them.
 SERVING := main prepare keep conclude serve silence post hand_out take_in accept own_renderer passes
 FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common/% \
     $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
@@ -408,10 +409,10 @@ FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common
 $(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)
 	$(call link,-fsanitize=fuzzer $(LIBS))
 
-# FUZZ="ini obj" for some of them, FUZZ_RUNS=10000000 for a number of inputs in place of a time.
+# FUZZ="ini obj" selects targets, FUZZ_RUNS=10000000 sets a number of inputs instead of a time.
 FUZZ ?= $(FUZZERS)
 
-# Loops over lanes are none between a sanitizer's checks; clang would warn of that.
+# Clang would warn that loops over lanes do not use SIMD, because of the sanitizers' checks.
 fuzz: fuzz-deps
 	@$(MAKE) BUILD=build/fuzz MPICC=clang OPTIMISE='-O2 -g -fno-omit-frame-pointer' \
 	    SANITIZE='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -Wno-pass-failed' \
@@ -431,7 +432,7 @@ install: all
 	install -m 644 config/generated/*.obj "$(SHARE)/config/generated/"
 	install -m 644 config/extreme/*.ini config/extreme/*.obj "$(SHARE)/config/extreme/"
 
-# What somebody else has put beside the scenes stays.
+# Files that others have put beside the scenes stay.
 uninstall:
 	rm -f "$(ROOT)/bin/farm" "$(ROOT)/share/man/man1/farm.1" "$(ROOT)/share/man/man5/farm.5"
 	rm -rf "$(SHARE)/config"
@@ -440,7 +441,7 @@ uninstall:
 clean:
 	rm -rf build $(FARM) config/generated
 
-# What stands at the top of this file.
+# Prints the comment at the top of this file.
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 

@@ -1,5 +1,5 @@
-# For the test scripts: sourced, not run. One "ok" or "not ok" line per check (TAP).
-# FARM is the program under test, MPIEXEC starts it on several processes, T is a folder of our own.
+# Functions for the test scripts, which source this file. They print one "ok" or "not ok" line per check (TAP). FARM is
+# the program under test, MPIEXEC starts it on several processes, T is a temporary folder.
 set -u
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}
@@ -7,8 +7,8 @@ DATA=$(realpath test/data)
 CONFIG=$(realpath config)
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
-# An input that never ends: mpiexec hands on the end of its own, and where all ranks have left by then, it
-# dies of that (SIGPIPE, status 141 in place of theirs).
+# Standard input never ends: mpiexec passes the end of its input on to the ranks, and if all of them have left by then,
+# it is killed by SIGPIPE (status 141 instead of theirs).
 mkfifo "$T/input" && exec <>"$T/input"
 count=0
 failed=0
@@ -16,13 +16,13 @@ failed=0
 ok() { count=$((count + 1)); echo "ok $count - $*"; }
 not_ok() { count=$((count + 1)); failed=1; echo "not ok $count - $*"; }
 
-# check NAME COMMAND...: passes when the command succeeds; shows its output otherwise.
+# check NAME COMMAND...: a check that passes if the command succeeds; otherwise its output is printed.
 check() {
     name=$1; shift
     if "$@" >"$T/check.log" 2>&1; then ok "$name"; else not_ok "$name"; sed 's/^/# /' "$T/check.log"; fi
 }
 
-# run STATUS COMMAND...: whether it ends with STATUS; out and err hold what it said.
+# run STATUS COMMAND...: whether the command ends with STATUS. Sets out and err to its output.
 run() {
     want=$1; shift
     "$@" >"$T/out" 2>"$T/err"
@@ -34,7 +34,7 @@ run() {
     return 1
 }
 
-# farm_n N ARGUMENT...: the farm on N processes, a minute at most; 0 means without mpiexec.
+# farm_n N ARGUMENT...: runs the farm on N processes for at most a minute. N = 0: without mpiexec.
 farm_n() {
     processes=$1; shift
     if [ "$processes" -eq 0 ]; then timeout 60 "$FARM" "$@"

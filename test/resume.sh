@@ -1,5 +1,5 @@
-# For the test scripts that end a run and start it again: sourced, in place of lib.sh. SCENE and SIZE, its
-# arguments, say which picture; journals that are kept are KEPT, what every try leaves is a.*.
+# Functions for the test scripts that interrupt runs and continue them; sourced instead of lib.sh. SCENE and SIZE
+# (further arguments) are the picture. KEPT is the name of a journal that is kept; each attempt leaves files a.*.
 . test/lib.sh
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
@@ -8,8 +8,8 @@ whole() { farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.jso
 finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
 resume_from() { rm -f a.*; cp "$1" a.journal; } # KEPT
 
-# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT... On a busy machine it may be through
-# before that is seen; then it is tried again.
+# broken_off SIGNAL BYTES PROCESSES ARGUMENT...: a run that is sent the signal when its journal has this size. On a busy
+# machine it may be complete before that is noticed; then it is tried again.
 broken_off() { broken_off_once "$@" || broken_off_once "$@" || broken_off_once "$@"; }
 broken_off_once() {
     signal=$1 bytes=$2 processes=$3; shift 3
@@ -25,7 +25,7 @@ broken_off_once() {
     wait $pid 2>/dev/null
     status=$?
     [ $sent -eq 0 ] || return 1
-    # mpiexec's processes end when they see that it has gone.
+    # mpiexec's processes end when they notice that it is gone.
     i=0
     while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
     [ -s a.journal ]
@@ -44,7 +44,7 @@ flipped() { # OFFSET PROCESSES KEPT: few bytes are of no use, and so few tiles a
         bytes=$(sed -n 's/.*: \([0-9]*\) bytes of the journal are damaged, .*/\1/p' "$T/err") &&
         [ "$bytes" -gt 0 ] && [ $((4 * bytes)) -lt "$(stat -c %s "$3")" ] && finished
 }
-# Seconds of rendering of an earlier run are in the forecast, which is of a smaller error.
+# The forecast of a smaller error must include the seconds of rendering of the earlier run.
 forecast_has() { # PROCESSES
     saved=$(sed -n 's/^ *"seconds_saved": \([0-9.]*\),$/\1/p' a.json)
     foreseen=$(sed -n '/"forecast"/,/}/s/^ *"render_s": \([0-9.]*\),$/\1/p' a.json)

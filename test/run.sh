@@ -1,9 +1,9 @@
 #!/bin/sh
 # Runs every test and ends with "N passed, N failed".
 #
-# Unit tests (cmocka) and scripts alike report one "ok" or "not ok" line per test (TAP). A program that
-# ends badly without having said "not ok", or says neither, counts as one failure. From the Makefile:
-# UNITS (programs), FARM (the program under test), MPIEXEC.
+# Unit tests (cmocka) and scripts print one "ok" or "not ok" line per test (TAP). A program that fails without a "not
+# ok", or that prints neither, counts as one failure. The Makefile sets UNITS (programs), FARM (the program under test)
+# and MPIEXEC.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 passed=0 failed=0 skipped=0
@@ -14,7 +14,7 @@ run_one() { # name command...
     name=$1; shift
     CMOCKA_MESSAGE_OUTPUT=TAP timeout 300 "$@" >"$log" 2>&1
     status=$?
-    # cmocka says "not ok N # SKIP" of a test that does not apply, such as permissions as root.
+    # cmocka prints "not ok N # SKIP" for a test that does not apply, such as that of permissions as root.
     left_out=$(grep -c '^not ok .*# SKIP' "$log") good=$(grep -c '^ok ' "$log")
     bad=$(($(grep -c '^not ok ' "$log") - left_out))
     if [ "$status" -ne 0 ] && [ "$bad" -eq 0 ]; then bad=1; fi

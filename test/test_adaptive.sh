@@ -1,5 +1,5 @@
 # Adaptive sampling: the picture is the same, bit for bit, for any number of processes and tile size;
-# the limits hold, and the report says what they did.
+# limits are observed, and the report says what they did.
 . test/lib.sh
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
@@ -8,7 +8,7 @@ render() { # IMAGE N OVERRIDE...
     image=$1 n=$2; shift 2
     run 0 farm_n "$n" "$SCENE" output.image="$image" output.report="${image%.*}.json" "$@"
 }
-# A number of a report: value NAME KEY
+# value NAME KEY: a number in the report NAME.json
 value() { sed -n "s/^ *\"$2\": \"\\{0,1\\}\\([^\",]*\\)\"\\{0,1\\},\\{0,1\\}\$/\\1/p" "$1.json" | head -1; }
 true_rmse() { sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' "$1.json"; } # NAME
 below() { awk "BEGIN { exit !($1 <= $2) }"; }
@@ -34,7 +34,7 @@ same() {
 }
 check "rank 0 only serves" same
 
-# A light without colour is left out, or not: no pixel gets other samples.
+# Whether a light without colour is left out or not makes no difference to the samples of any pixel.
 dark() {
     cp "$DATA"/star.* "$DATA"/parts.nff . &&
         { cat "$SCENE"; printf '[light dark]\nposition = 0 9 0\ncolor = 0 0 0\n'; } >dark.ini || return 1
@@ -47,8 +47,9 @@ dark() {
 }
 check "a light without colour" dark
 
-# Against many more samples, of other pixels of a wider picture with the same view: independent ones.
-# The rows of a run hold together with a chance of 95 %; what this seedless run gives does not change.
+# The reference has many more samples, which are independent: those of other pixels of a wider picture that show the
+# same view. All intervals of a run hold with a probability of 95 %; as there is no seed, this run always gives the
+# same.
 check "a reference" run 0 farm_n 2 "$SCENE" image.width=1097 image.region="500 0 97 61" \
     sampling.samples=512 output.image=many.pfm output.report=
 true_error() {
@@ -68,7 +69,7 @@ check "max_samples end it" render t.pfm 2 sampling.target_error=1e-9 sampling.ma
 check "and the report says so" test "$(value t ended)" = max_samples
 
 limited() { # N: three seconds, of which a busy machine takes two to start; there it may end later, too, but rendering
-    # ends in time, but for 5 % that a busy master may be late
+    # the run must end in time, up to 5 % by which a busy master may be late
     render t.pfm "$1" sampling.time_limit=3 sampling.max_samples=65536 output.preview=0.2 || return 1
     sed -n '/"time": {/,/}/p' t.json
     began="$(value t init_s) + $(value t load_s) + $(value t resume_s) + $(value t broadcast_s) + $(value t build_s)"
@@ -79,7 +80,8 @@ for n in 1 3; do
     check "-n $n, ended by it" test "$(value t ended)" = time
 done
 
-# Specks in emptiness: nearly all of the time is the first pass's, and next to nothing would meet the next goal.
+# Specks in an empty picture: the first pass takes nearly all of the time, and meeting the next goal would take next to
+# none.
 awk 'BEGIN {
     print "[light]\nposition = 5 9 9\n[image]\nwidth = 160\nheight = 120"
     for (i = 0; i < 40; i++)
@@ -96,7 +98,7 @@ nearly() {
 }
 check "a forecast of next to nothing scatters as runs do, and has no slope" nearly
 
-# Two pixels, of which one takes for ever: it has been rendered until the time was over.
+# Two pixels, of which one would take for ever: it is rendered until the time is over.
 cat >forever.ini <<'END'
 [image]
 width = 2
@@ -132,9 +134,9 @@ forever() {
 }
 check "a tile that a time limit ends was rendered until then" forever
 
-# Too little time for the first samples of all pixels, two fifths of what as many processes take for them, by what they
-# have just taken for a quarter of them: they are spread over the picture. In dear tiles alone, and the pre-pass around,
-# its error is 0.036 to 0.045; spread 0.018 to 0.024.
+# The time limit is too short for the first samples of all pixels: two fifths of the time that as many processes would
+# need, predicted from a quarter of the samples. The samples must then be spread over the picture, with an error of
+# 0.018 to 0.024. It would be 0.036 to 0.045 if only the expensive tiles had samples, and the rest showed the pre-pass.
 spread() { # N
     run 0 farm_n "$1" "$SCENE" image.width=640 image.height=400 sampling.samples=16 output.image=even.pfm || return 1
     limit=$(awk "BEGIN { limit = $(value even render_s) * 4 * 0.4; print limit < 20 ? limit : 20 }")
@@ -151,7 +153,7 @@ for n in 1 2 5; do
     check "-n $n, a limit within the first pass" spread "$n"
 done
 
-# Nothing is no picture: an older one stays, and no journal of nothing.
+# A run that renders nothing writes no picture, so that an older one stays, and leaves no journal.
 too_short() {
     echo old >short.png
     run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.1 \
@@ -167,14 +169,14 @@ loading() {
 }
 check "a limit that is over before the scene is there" loading
 
-# The picture so far is whole at any time.
+# The file of the preview is complete at any time.
 preview() {
     farm_n 2 "$SCENE" output.image=so_far.pfm output.report= sampling.time_limit=3 \
         sampling.max_samples=65536 output.preview=0.1 >/dev/null 2>&1 &
     for i in 1 2 3 4 5 6 7 8 9 10; do
         sleep 0.25
         [ -e so_far.pfm ] || continue
-        # cp gives up a file that is replaced while it looks at it.
+        # cp fails if the file is replaced while it is copied.
         cat so_far.pfm >copy.pfm && [ "$(wc -c <copy.pfm)" -eq "$(wc -c <reference.pfm)" ] || return 1
         seen=$((${seen:-0} + 1))
     done
@@ -183,7 +185,7 @@ preview() {
 }
 check "previews" preview
 
-# What is not rendered yet shows the pre-pass: a pixel of so many samples takes a tenth of a second.
+# Pixels that are not rendered yet show the pre-pass. With this number of samples a pixel takes a tenth of a second.
 early() {
     rm -f early.pfm seen.pfm
     farm_n 2 "$SCENE" output.image=early.pfm output.report= sampling.min_samples=65534 \
@@ -197,7 +199,7 @@ early() {
 }
 check "previews of what is not rendered" early
 
-# GOAL MOST_SAMPLES
+# foretells GOAL MOST_SAMPLES
 foretells() { render goal.pfm 0 sampling.target_error=0.003 sampling.max_samples="$2" && echo "$out" && echo "$out" | grep -q "^$1"; }
 check "a round goal" foretells "0.001 would take" 256
 check "half of the error where that is beyond" foretells "0.0013 would take" 128

@@ -1,8 +1,8 @@
-# What make bench-balance says of itself, and what of its report is there when only parts were made. Nothing is measured
-# but the start of real runs.
+# The messages of make bench-balance, and which parts its report has if only some were made. The only measurement is the
+# start of real runs.
 . test/lib.sh
 BALANCE=$(realpath "${BALANCE:-build/bench/balance}")
-# It writes to the current folder.
+# The bench writes to the current folder.
 mkdir "$T/here" && ln -s "$CONFIG" "$T/here/config" && cd "$T/here" || exit 1
 REPORT=bench/out/balance.md
 

@@ -1,4 +1,4 @@
-# The command line and what is said about wrong input: one clear line, exit status 2, nothing started.
+# The command line, and errors in the input: each gives one clear line and exit status 2, and nothing is started.
 . test/lib.sh
 cd "$T" || exit 1
 cp "$DATA"/everything.ini "$DATA"/star.* "$DATA"/parts.nff .
@@ -14,7 +14,7 @@ check "--version on stdout" version
 once() { run 0 farm_n 3 --help && [ "$(echo "$out" | grep -c usage:)" -eq 1 ]; }
 check "--help under mpiexec is said once" once
 
-# Another build: the same program with another checksum of its sources in it.
+# Another build: the same program, with the checksum of its sources changed.
 build=$(LC_ALL=C grep -ao "$("$FARM" --version | head -n 1 | cut -d' ' -f2)-[0-9][0-9]*" "$FARM" | head -n 1)
 digit=${build#"${build%?}"}
 LC_ALL=C sed "s/$build/${build%?}$(((digit + 1) % 10))/g" "$FARM" >"$T/other"
@@ -207,7 +207,7 @@ check "which --check alone does not mind" run 0 "$FARM" --check everything.ini f
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
 
-# bad LINE PATTERN INI-LINES: the error names the file and that line.
+# bad LINE PATTERN INI-LINES: the error must name the file and that line, and match the pattern.
 bad() {
     printf '%b' "$3" >bad.ini
     wrong 0 "^bad\.ini:$1: $2" bad.ini
@@ -278,7 +278,7 @@ round_trip() {
     run 0 "$FARM" again.ini output.image=b.pfm && cmp a.pfm b.pfm
 }
 check "--print-config gives the same picture" round_trip
-# The printed file's own picture, unless the user has named one.
+# A printed file gives a picture named after itself, unless the user has named one.
 own_names() {
     run 0 "$FARM" again.ini && [ -s again.png ] && [ ! -e everything.png ] &&
         run 0 "$FARM" --print-config everything.ini output.image=named.hdr output.journal= &&

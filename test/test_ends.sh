@@ -1,12 +1,12 @@
-# How a run ends when something outside goes wrong: a clear message, no hang, nothing half written.
+# How a run ends if something outside of it fails: with a clear message, without hanging, and without incomplete files.
 . test/lib.sh
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 SLOW="image.width=1500 image.height=1500 sampling.samples=64"
 
-# stopped SIGNAL OVERRIDE...: a run on $n processes that gets the signal while it renders; leaves its
-# status and, in e, what it said. A script's background jobs ignore SIGINT; setsid's child starts with it
-# ignored too, so the program is started through env, which puts the default back.
+# stopped SIGNAL OVERRIDE...: a run on $n processes that is sent the signal while it renders. Sets status, and writes
+# the messages to the file e. Background jobs of a script ignore SIGINT, and so does setsid's child; so the program is
+# started by env, which restores the default.
 stopped() {
     signal_sent=$1; shift
     farm_bg() {
@@ -30,7 +30,7 @@ no_table() {
     farm_n "$n" "$SCENE" output.image=full.png output.report= >/dev/full 2>e
     status=$?
     cat e
-    # Under mpiexec it is mpiexec that meets the full disk.
+    # With mpiexec, it is mpiexec that writes to the full disk.
     [ -s full.png ] && { [ "$n" -gt 0 ] || { [ $status -eq 1 ] && grep -q 'standard output' e; }; }
 }
 
@@ -164,7 +164,7 @@ no_reader() { # of a pipe: what is rendered is kept
 }
 for n in 0 2; do check "a picture into a pipe that nobody reads from, -n $n" no_reader; done
 
-# The second signal ends it at once, whatever kind it is: before the picture, which is large, is written.
+# A second signal of any kind ends the run at once, before the large picture is written.
 twice() { # STATUS FIRST SECOND
     rm -f w.*
     set -- "$@" "$FARM" "$SCENE" image.width=4000 image.height=4000 sampling.samples=64 output.image=w.png

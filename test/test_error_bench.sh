@@ -1,5 +1,5 @@
-# Whether make bench-error notices what goes wrong: with a farm that says what it is told to, and a gnuplot that
-# draws nothing.
+# Whether make bench-error notices failures: with a fake farm, which reports the numbers that it is told to, and a fake
+# gnuplot, which draws nothing.
 . test/lib.sh
 BENCH=$(realpath bench/error.sh)
 mkdir -p "$T/config" "$T/bin"
@@ -27,7 +27,7 @@ printf '#!/bin/sh\nexit 0\n' >"$T/tool"
 chmod +x "$T/farm" "$T/tool"
 gnuplot_ends_with() { printf '#!/bin/sh\ncat >/dev/null\nexit %s\n' "$1" >"$T/bin/gnuplot"; chmod +x "$T/bin/gnuplot"; }
 
-# truncation STATUS RMSE MAX BOUND: that section alone, from the beginning.
+# truncation STATUS RMSE MAX BOUND: runs that section alone, from its beginning.
 truncation() {
     rm -rf "$T/work" "$T/bench"
     cd "$T" || return 1

@@ -1,5 +1,4 @@
-# Every scene in config/extreme renders without a sample that is not finite, and each is two lines of
-# comment and then a scene.
+# Every scene in config/extreme renders without a sample that is not finite, and begins with two lines of comment.
 . test/lib.sh
 cd "$T" || exit 1
 
@@ -19,7 +18,7 @@ for scene in "$CONFIG"/extreme/*.ini; do
     check "extreme/$which says what it shows" explained "$scene"
 done
 
-# The naive formulas are another picture where they fail.
+# Where the paper's formulas fail, they give another picture.
 differs() {
     for formulas in exact paper; do
         run 0 farm_n 0 "$CONFIG/extreme/distant.ini" render.formulas=$formulas image.width=48 \
@@ -29,7 +28,7 @@ differs() {
 }
 check "extreme/distant: the paper's formulas give another picture" differs
 
-# Neither what stands on something nor what is thrown back there leaves glass that it is not in.
+# Where objects touch, no ray leaves glass that it has not entered, reflected rays included.
 matched() {
     run 0 farm_n 0 "$CONFIG/extreme/contact.ini" image.width=96 image.height=72 sampling.samples=4 \
         output.image=t.pfm output.report=t.json && grep -q '"unmatched_media": 0,' t.json

@@ -1,18 +1,18 @@
-# A few injected faults of each kind: make bench-faults has hundreds. And whether it would notice.
+# Injects a few faults of each kind (make bench-faults has hundreds), and tests whether that bench notices errors.
 . test/lib.sh
-# The farm has read as many records as there are for one who counts without its code.
+# The farm must read as many records as a program counts that shares no code with it.
 read_all() {
     awk -F, 'NR > 1 && $7 != $8 { print "run " $1 ": " $7 " records, read " $8; bad = 1 } END { exit bad }' "$T/faults.csv"
 }
-# Most faults met somebody, among them those that need a journal with tiles, and some journal had many.
+# Most faults must hit a process, also those that need a journal with tiles, and some journal must have many tiles.
 met() {
     awk -F, 'NR > 1 { runs++; hits += $12 == "yes" }
         $12 == "yes" { hit[$2] = 1; records[$2] += $7; most = $7 > most ? $7 : most }
         END { exit hits < 0.7 * runs || !hit["stop"] || !hit["torn"] || !records["rank"] ||
                    !records["flipped"] || most < 10 }' "$T/faults.csv"
 }
-# Each kind once, those that kill most often first. On a machine that others use, too, some runs are over before their
-# faults come: then others are tried.
+# Each kind once, those that most often kill a process first. On a busy machine some runs end before their fault is
+# injected; then other runs are tried.
 faults() {
     for seed in 3 4; do
         ASAN_OPTIONS="verify_asan_link_order=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}" FARM=$FARM FAULTS_SECONDS=2 \
@@ -27,7 +27,7 @@ faults() {
 [ -x "${FAULTS_JOURNAL:-}" ] || { echo "not ok 1 - injected faults # SKIP without bench/faults_journal"; exit 0; }
 check "13 faults end in 13 identical pictures" faults
 
-# A farm that does one thing wrong, and an mpiexec of one process.
+# A fake farm that does one thing wrong, and a fake mpiexec that starts one process.
 cat >"$T/mpiexec" <<'EOF'
 #!/bin/sh
 shift 2
@@ -47,7 +47,7 @@ echo same >"$image"
 EOF
 chmod +x "$T/mpiexec" "$T/farm"
 
-# notices WRONG COLUMN-OF-THE-TABLE: one run without a fault fails, with a 1 there and nowhere else.
+# notices WRONG COLUMN-OF-THE-TABLE: a run without a fault must fail, with a 1 in that column and in no other.
 notices() {
     WRONG=$1 MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none FAULTS_LIMIT=2 \
         sh bench/faults.sh 1 1 >"$T/table" 2>&1
@@ -66,7 +66,7 @@ hung() { notices hang 7; [ "$(awk -F'|' '/^. [0-9]/ { print $7 + 0; exit }' "$T/
 check "the bench sees a hang" hung
 nothing() { WRONG='' MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none sh bench/faults.sh 1 1; }
 check "and sees nothing where nothing is wrong" nothing
-# Runs that are over at once, or that have no rank 0.
+# Runs that end at once, or that have no rank 0.
 missed() {
     WRONG='' MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS="master mpiexec stop moment" \
         sh bench/faults.sh 4 1 >"$T/table" 2>&1

@@ -7,8 +7,8 @@ if [ "$(id -u)" -ne 0 ] || ! unshare --net --uts --mount --ipc true 2>/dev/null 
     exit 0
 fi
 
-# The exit status is not looked at: with MPICH 4.0.2 over TCP, MPI_Finalize sometimes hangs, and
-# mpiexec then complains about ranks that have left without it.
+# The exit status is not checked: with MPICH 4.0.2 over TCP, MPI_Finalize sometimes hangs, and mpiexec then complains
+# about ranks that have left without it.
 hosts() { sh bench/hosts.sh "2 1" config/hello.ini image.width=160 image.height=120 >"$T/hosts" 2>&1; }
 hosts
 said() { grep -q "$1" "$T/hosts" || { cat "$T/hosts"; return 1; }; }

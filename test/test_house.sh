@@ -1,4 +1,4 @@
-# The boundaries of the house: who may know whom.
+# The structure of the sources: which files may include or use which.
 . test/lib.sh
 
 none() { # PATTERN FILES...: no line matches, and all of them can be read

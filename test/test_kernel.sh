@@ -1,5 +1,5 @@
-# The kernel's levels of processor: the same picture from each, told in the report, and refused where
-# the processor lacks it.
+# The kernel's levels of processor: all give the same picture, the report names the level, and a level that the
+# processor does not support is refused.
 . test/lib.sh
 cd "$T" || exit 1
 

@@ -1,4 +1,4 @@
-# The bench of the kernel: its scenes, small, and the farm's side of it. The peers are not needed.
+# The bench of the kernel with small scenes, and only the farm's part of it: the other programs are not needed.
 . test/lib.sh
 KERNEL=$(realpath "${KERNEL:-build/bench/kernel}")
 
@@ -13,7 +13,7 @@ farm_side() {
 }
 check "the farm renders every generated scene, in every step" farm_side
 
-# column NAME STEP: of the first scene in the table that has it.
+# column NAME STEP: the value of a column in the first row of the table with this step.
 column() {
     awk -F, -v name="$1" -v step="$2" 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i }
         $at["step"] == step { print $at[name]; exit }' "$T/k.csv"

@@ -1,5 +1,5 @@
-# Honest failure: what is not finite is counted, told and, on request, ends the run; input that has no
-# meaning is refused with its file and line before anything is rendered.
+# Honest failure: samples that are not finite are counted and reported and, on request, make the run fail. Meaningless
+# input is refused with its file and line before anything is rendered.
 . test/lib.sh
 cd "$T" || exit 1
 
