@@ -1,9 +1,9 @@
 #!/bin/sh
-# Builds the farm with other compilers and options and compares its pictures, byte by byte, with the instructions that
-# the processor has and with those of any one, which the options are about: one line
-# "same WHAT" or "differs WHAT" per build, "missing WHAT" where a compiler or what it compiles for is not
-# there. Status 1 when something differs or cannot be built.
-# From the top folder; builds go to OUT, build/bits/ unless told otherwise. COMPILERS="clang" for one of them.
+# Builds the farm with other compilers and options, and compares its pictures byte by byte: with the kernel of the
+# highest level that the processor supports and with the portable one, on which the options have an effect. Prints one
+# line per build: "same WHAT", "differs WHAT", or "missing WHAT" if there is no such compiler or processor. Status 1 if
+# something differs or cannot be built. To be run from the top folder. Builds go to OUT (build/bits/). COMPILERS="clang"
+# selects compilers.
 set -u
 export LC_ALL=C
 SCENES="test/data/everything.ini config/extreme/ground.ini config/extreme/shells.ini"
@@ -24,7 +24,7 @@ render() { # FARM NAME
 
 build() { # NAME COMPILER OPTIONS
     dir=$OUT/$1
-    # MPICH's and Open MPI's compiler wrappers take the compiler from these.
+    # These variables tell MPICH's and Open MPI's compiler wrappers the compiler.
     MPICH_CC=$2 OMPI_CC=$2 make -s -j2 BUILD="$dir" FARM="$dir/farm" OPTIMISE="$3" "$dir/farm" \
         >"$OUT/$1.log" 2>&1 && render "$dir/farm" "$1"
 }
@@ -42,7 +42,7 @@ build reference gcc "-O2" || { echo "differs reference: cannot be built"; exit 1
 for compiler in ${COMPILERS:-gcc clang}; do
     command -v "$compiler" >/dev/null || { echo "missing $compiler"; continue; }
     for options in "-O0" "-O1" "-O3" "-O3 -mfma" "-O3 -march=native" "-O2 -mno-fma -mno-avx"; do
-        # A processor without fused multiply-add cannot run what is built for it.
+        # A processor without fused multiply-add cannot run such a build.
         case $options in
         *-mfma*) grep -q -w fma /proc/cpuinfo || { echo "missing fma of $compiler"; continue; } ;;
         esac

@@ -1,30 +1,30 @@
 # Error against run time. Sections, all of them unless named as arguments:
 #
-#   allocation  what the best allocation of samples to pixels could gain over the same for all
+#   allocation  what the best allocation of samples to pixels could gain over equal numbers for all pixels
 #   sampling  uniform and adaptive sampling of four scenes, against a reference with 64 times the
 #             samples of the finest uniform picture: Pareto front, equal error, equal time
-#   large     the same of pictures too large for a reference of all pixels: of some of them
-#   limits    runs under a time limit: how far it is overrun, and the error beside uniform sampling's
+#   large     the same for pictures that are too large for a reference of all pixels: they are judged by some pixels
+#   limits    runs under a time limit: by how much it is exceeded, and the error compared with uniform sampling
 #   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
-#   formulas  the paper's formulas against the exact ones
-#   forecast  what a run says that half of its error will cost, and what it does: as foretold, and for the
-#             error that was reached
-#   coverage  how often intervals hold, over pictures with different random numbers, also of specks that samples
-#             meet by luck
-#   fields    how well errors are told of things that few samples meet, and intervals hold: of drawn pictures
-#             that need no rays
+#   formulas  the paper's formulas compared with the exact ones
+#   forecast  what a run predicts half of its error to cost, compared with what it costs: for the predicted number
+#             of samples, and for the error that was reached
+#   coverage  how often intervals contain the error, over pictures with different random numbers, also of specks
+#             that samples hit only by chance
+#   fields    how well errors are estimated, and how often intervals hold, for objects that few samples hit: in
+#             synthetic pictures that need no rays
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
-# Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
-# and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
-# ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10),
-# ERROR_LIMITS_SIZE (640x480) and ERROR_FIELDS (400) can be set, and SCENES, a folder whose scene files are then among
-# the names, without their endings. Tables and plots go to bench/out/.
+# Times are CPU seconds of rendering; for short runs they are the median of ERROR_REPEAT (3) runs. FARM and TOOL are the
+# programs, WORK is a folder for pictures; MPIEXEC starts references on all cores. These can be set, too: ERROR_SCENES,
+# ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120), ERROR_FINEST (16: most uniform samples per pixel), ERROR_LARGE
+# (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10), ERROR_LIMITS_SIZE (640x480),
+# ERROR_FIELDS (400), and SCENES: a folder whose scene files can be named in ERROR_SCENES, without their extensions.
+# Tables and plots go to bench/out/.
 #
-# What was measured stays in the CSV files, but for allocation and fields: a section that was ended goes on there,
-# row by row, with the same settings, programs and scene files; otherwise it begins anew. Status 1: something could
-# not be measured or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
+# Measurements stay in the CSV files, except those of allocation and fields. A section that was interrupted continues at
+# its next row if settings, programs and scene files are the same; otherwise it begins anew. Status 1: something could
+# not be measured or drawn, which ends the bench; or, after everything else, a bound of truncation did not hold.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage fields peers}
@@ -43,14 +43,14 @@ KEPT=$WORK/references
 broken=0 # bounds
 mkdir -p "$WORK/peers" "$KEPT" "$OUT"
 
-# Rows and references of another program or other scene files are worth nothing.
+# Rows and references of other programs or scene files are invalid.
 scene_files() {
     find -L config ${FOLDER:+"$FOLDER"} -type f \
         \( -name '*.ini' -o -name '*.nff' -o -name '*.obj' -o -name '*.mtl' \) -exec cksum {} + | sort
 }
 STATE="$FOLDER $(cksum <"$FARM") $(cksum <"$TOOL") $(scene_files | cksum)"
-# renew FILE SETTINGS WORTHLESS...: removes what was made of other programs, scenes or settings than
-# FILE tells, which then tells these.
+# renew FILE SETTINGS OUTPUT...: removes the outputs if programs, scene files or settings differ from those recorded in
+# FILE, and records the present ones there.
 renew() {
     told=$1 state="$STATE $2"; shift 2
     [ "$(cat "$told" 2>/dev/null)" = "$state" ] && return
@@ -60,15 +60,15 @@ renew() {
 renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
     "$WORK/balls.ini" "$WORK/specks.ini" "$WORK/dust.ini"
 
-# begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: the CSV file of a section, with the rows that it has if
-# they were measured with the same settings, and tell the same.
+# begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: begins the CSV file of a section. Its old rows are kept if they were
+# measured with the same settings and have the same columns.
 begin_csv() {
     csv=$OUT/error_$1.csv
     renew "$OUT/.error_$1" "$2 $3" "$csv"
     [ -e "$csv" ] || echo "$3" >"$csv"
 }
-# put_row FIELD,... [N...]: ends the bench when one is empty or no finite number, as what should have told it
-# failed. The N-th may be a bound that is not there: null or inf.
+# put_row FIELD,... [N...]: appends a row. Ends the bench if a field is empty or not a finite number, as the program
+# that measures it must have failed. Field N may be a bound that does not exist: null or inf.
 put_row() {
     echo "$1" | awk -F, -v open=" ${2:-} " '
         { for (i = 1; i <= NF; i++) if ($i == "" || $i ~ /^[-+]?nan$/ || (!index(open, " " i " ") && $i ~ /^([-+]?inf|null)$/)) exit 1 }' || {
@@ -77,11 +77,11 @@ put_row() {
     }
     echo "$1" >>"$csv"
 }
-# Whether a row that begins like this is there.
+# known BEGINNING: whether there is a row that begins with these fields.
 known() { awk -v begin="$1," 'index($0, begin) == 1 { found = 1 } END { exit !found }' "$csv"; }
 
-# specks COUNT THICKNESS: so many things, half of them balls and half needles, anywhere: what adaptive sampling meets by
-# luck. Of thickness 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
+# specks COUNT THICKNESS: a scene of COUNT objects at random places, half of them balls and half needles, which adaptive
+# sampling hits only by chance. With THICKNESS 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
 specks() {
     cat <<'END'
 [camera]
@@ -118,8 +118,8 @@ config_of() {
     esac
 }
 
-# For gnuplot: axes of all plots, with tics of 1, 2 and 5 along the seconds, of which a picture has an octave or
-# two.
+# For gnuplot: the axes of all plots. Seconds have tics at 1, 2 and 5 times powers of ten, as a plot covers one or two
+# octaves of them.
 LOGLOG='load "bench/plot.gp"
 set logscale xy
 set for [e=-3:4] xtics add (sprintf("%g", 10.0 ** e) 10.0 ** e, sprintf("%g", 2 * 10.0 ** e) 2 * 10.0 ** e, \
@@ -128,14 +128,14 @@ set autoscale xfix
 set offsets graph 0.05, graph 0.05
 set rmargin 4'
 
-# What gnuplot is told is read from standard input.
+# Runs gnuplot with the commands from standard input.
 plot() { gnuplot || { echo "error.sh: gnuplot failed" >&2; exit 1; }; }
 
-# A number of a report.
+# value FILE KEY: a number of a report.
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
-# The same of one of its objects: of FILE OBJECT KEY
+# of FILE OBJECT KEY: a number in an object of a report.
 of() { sed -n "/^  \"$2\": {/,/^  }/s/.*\"$3\": \"\{0,1\}\([^\",}]*\).*/\1/p" "$1" | head -n 1; }
-# CPU seconds of rendering, serving and plans.
+# cpu_of FILE: CPU seconds of rendering, serving and planning in a report.
 cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\),.*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
 
 # farm NAME SCENE OVERRIDE...: renders to $WORK/NAME.pfm and .json
@@ -146,10 +146,10 @@ farm() {
         { cat "$WORK/$name.log" >&2; exit 1; }
 }
 
-# The median of numbers, one a line.
+# The median of numbers, one per line.
 median() { sort -n | awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
 median_of() { for t; do echo "$t"; done | median; }
-# farm() REPEAT times: sets cpu to the median of its CPU seconds.
+# Calls farm() REPEAT times; sets cpu to the median of its CPU seconds.
 farm_repeated() {
     times=
     for _ in $(seq "$REPEAT"); do
@@ -158,7 +158,7 @@ farm_repeated() {
     done
     cpu=$(median_of $times)
 }
-# The same where a run is short; once where it takes more CPU seconds than these.
+# The same for runs that take at most SHORT CPU seconds; longer ones are made once.
 SHORT=2
 farm_if_short_repeated() {
     farm "$@"
@@ -172,16 +172,16 @@ farm_if_short_repeated() {
     cpu=$(median_of $times)
 }
 
-# farm() on all cores: the CPU time is that of all of them.
+# farm() on all cores; the CPU time is the sum over them.
 farm_wide() { FARM_ALONE=$FARM FARM="on_all_cores"; farm "$@"; FARM=$FARM_ALONE; }
 on_all_cores() { "$MPIEXEC" -n "$(nproc)" "$FARM_ALONE" "$@"; }
 
-# keep NAME PATH: what farm() rendered becomes PATH.pfm and .json, as a whole or not at all. (A farm
+# keep NAME PATH: moves the results of farm() to PATH.pfm and PATH.json, which are complete or do not exist. (A farm
 # that is stopped writes the picture so far.)
 keep() { mv "$WORK/$1.json" "$2.json" && mv "$WORK/$1.pfm" "$2.pfm" || exit 1; }
 
 reference_at() { echo "$KEPT/ref_${W}x${H}x${MANY}_$1"; }
-# On all cores: its time is nobody's business.
+# Rendered on all cores, as its time is not measured.
 reference_of() {
     reference=$(reference_at "$1")
     [ -e "$reference.pfm" ] && return
@@ -218,10 +218,10 @@ sampling() {
     begin_csv sampling "$SIZE $FINEST $REPEAT" "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
     for scene in $SCENES; do
         reference_of "$scene"
-        # In turns, so that a machine whose speed changes tells the same of both.
+        # In turns, so that changes in the speed of the machine affect both methods alike.
         for n in $(awk "BEGIN { for (n = 2; n < $FINEST; n *= 2) print n; print $FINEST }"); do
             one_sampling "$scene" uniform $n sampling.samples=$n
-            # Targets: what the uniform pictures came to, from 4 samples on.
+            # The targets are the errors of the uniform pictures from 4 samples on.
             [ "$n" -gt 2 ] || continue
             target=$(awk -F, -v s="$scene" -v n=$n '$1 == s && $2 == "uniform" && $3 == n { print $6 }' "$csv")
             one_sampling "$scene" adaptive "$target" sampling.target_error="$target"
@@ -293,11 +293,12 @@ END
 
 # ---- pixels of large pictures ----
 
-# Pixels that a large picture is judged by, some, each against 64 times the samples of the uniform picture.
+# The number of pixels that a large picture is judged by. Each is compared with one of 64 times the samples of the
+# uniform picture.
 LATTICE=16000
 
-# lattice_errors SCENE SAMPLES: fields of a row: the true RMSE of $WORK/even.pfm, which has so many samples of
-# every pixel, its deviation, both of $WORK/run.pfm, and the RMSE of the reference.
+# lattice_errors SCENE SAMPLES: fields of a row: the true RMSE of $WORK/even.pfm, which has SAMPLES samples per pixel,
+# and the deviation of this RMSE; the same two of $WORK/run.pfm; the RMSE of the reference.
 lattice_errors() {
     told=$("$TOOL" lattice "$(config_of "$1")" $LATTICE $((64 * $2)) "$WORK/even.pfm" "$WORK/run.pfm" \
         image.width=$W image.height=$H) || exit 1
@@ -394,7 +395,7 @@ END
 
 # ---- truncation ----
 
-# One sample in the middle of each pixel, so that nothing but truncation differs.
+# One sample in the middle of each pixel, so that the pictures differ by truncation alone.
 truncation() {
     begin_csv truncation "$SIZE $REPEAT" "scene,knob,setting,cpu_s,rmse,max,claimed,held"
     for scene in $SCENES; do
@@ -431,13 +432,13 @@ one_truncation() {
     farm_repeated run "$scene" sampling.samples=1 sampling.reference="$deep.pfm" "$@"
     r=$WORK/run.json
     most=$(of "$r" reference max) bound=$(of "$r" bound truncation) lacking=$(of "$deep.json" bound truncation)
-    # The reference may lack something, too, which its own bound tells, and both are floats.
+    # The reference may lack something, too, for which its own bound allows; 1e-6 allows for the rounding to floats.
     held=$(awk -v m="$most" -v b="$bound" -v d="$lacking" 'BEGIN {
         print m == "" || b == "" || d == "" ? "" : b == "null" || d == "null" ? "-" : m <= b + d + 1e-6 ? "yes" : "NO" }')
     put_row "$scene,$knob,$setting,$cpu,$(of "$r" reference rmse),$most,$bound,$held" 7
 }
 
-# What has no error at all, or no bound, has no place in it.
+# Rows without any error or without a bound cannot be plotted.
 plot_truncation() {
     awk -F, -v s="$1" '$1 == s && $5 > 0 { some = 1 } END { exit !some }' "$csv" || return 0
     plot <<END
@@ -481,8 +482,8 @@ formulas() {
 
 # ---- peers ----
 
-# timed PICTURE COMMAND...: CPU seconds of a command that makes the picture, with loading. It runs in
-# WORK, as neither peer takes a name with a blank.
+# timed PICTURE COMMAND...: CPU seconds of a command that makes the picture, including loading. It runs in WORK, as
+# neither POV-Ray nor Tachyon accepts names with blanks.
 timed() {
     made=$1; shift
     spent=$(cd "$WORK" && rm -f "$made" && "$@" >peer.log 2>&1 && [ -s "$made" ] && times) ||
@@ -501,18 +502,19 @@ tachyon_to() {
 povray_loads() { (set_size 4x3; povray_to load.ppm -A); }
 tachyon_loads() { tachyon_to load.ppm -res 4 3; }
 
-# A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
+# The name of a peer's converged picture of an exported scene. It takes minutes and does not depend on the farm, so it
+# is kept.
 converged_of() { echo "$WORK/peers/${W}x${H}_$(cksum <"$1" | tr ' ' _).ppm"; }
-# converge PICTURE COMMAND OPTION...: makes it, unless it is there; it is there as a whole or not at all.
+# converge PICTURE COMMAND OPTION...: makes the converged picture unless it exists. It is complete or does not exist.
 converge() {
     picture=$1 peer=$2; shift 2
     [ -s "$picture" ] && return
     "$peer" "$picture.part.ppm" "$@" >/dev/null && mv "$picture.part.ppm" "$picture" || exit 1
 }
 
-# beside_load LOADING PICTURE: what the second command takes more than the first one, which loads the same scene
-# for a few pixels, in CPU seconds: the median of REPEAT pairs, as the machine's speed changes. 0: loading
-# scatters by more than that.
+# beside_load LOADING PICTURE: the CPU seconds that the second command takes beyond the first one, which loads the same
+# scene for a few pixels: the median of REPEAT pairs, as the machine's speed changes. 0: the time of loading scatters by
+# more than this difference.
 beside_load() {
     more=
     for _ in $(seq "$REPEAT"); do
@@ -546,7 +548,7 @@ peers() {
             put_row "$scene,Tachyon,-aasamples $n,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
         done
         reference_of "$scene"
-        # One ray through the middle of each pixel is a picture, too.
+        # "one": one ray through the middle of each pixel.
         for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004 0.0025 0.0016; do
             known "$scene,farm,$target" && continue
             if [ "$target" = one ]; then
@@ -609,16 +611,16 @@ END
 
 # ---- forecast ----
 
-# A run says what its goal costs; a run with that number of samples, or with that target, tells. CPU seconds: the
-# share that the run had of the wall time is the same in both figures.
+# A run predicts what its goal costs; a run with the predicted number of samples, or with the goal as its target, shows
+# what it does cost. The predicted wall seconds are converted to CPU seconds by the ratio of the two in the first run.
 
-# foretold_of REPORT KEY: wall seconds of rendering that its forecast tells, in CPU seconds. 1e9: no end.
+# foretold_of REPORT KEY: the forecast's wall seconds of rendering, converted to CPU seconds. 1e9: infinite.
 foretold_of() {
     awk -v s="$(of "$1" forecast "$2")" -v wall="$(of "$1" time render_s)" -v cpu="$(cpu_of "$1")" 'BEGIN {
         if (s == "" || cpu == "" || !(wall > 0)) exit 1
         print s == "null" ? 1e9 : s / wall * cpu }'
 }
-# A median of those for a row.
+# The median of such seconds, as a field of a row.
 foretold_median() { median_of "$@" | awk '{ print ($1 < 1e9 ? sprintf("%.3f", $1) : "inf") }'; }
 
 forecast() {
@@ -627,7 +629,7 @@ forecast() {
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
             known "$scene,$setting" && continue
             cpu="" took="" told="" lows="" highs="" r=$WORK/first.json
-            # In turns, so that a machine whose speed changes tells the same of both.
+            # In turns, so that changes in the speed of the machine affect both runs alike.
             for _ in $(seq "$REPEAT"); do
                 farm first "$scene" "sampling.$setting"
                 grep -q '"forecast": null' "$r" && continue 2
@@ -645,9 +647,10 @@ forecast() {
             equal=$goal
             case $setting in samples=*) equal=$later ;; esac
             cpu=$(median_of $cpu) took=$(median_of $took)
-            # Of samples the law carries the forecast from the goal to what the later run came to; of a target it
-            # is told what the run takes, which comes further. Where the slope may as well be 0, or nobody knows its
-            # spread, the interval has no upper end.
+            # For a run with the predicted samples, the power law converts the forecast from the goal to the error that
+            # the run has reached. For a run with a target, the forecast for the target is what such a run is predicted
+            # to take, although it ends below the target. If the slope may as well be 0, or its spread is unknown, the
+            # interval has no upper end.
             at_equal=$(awk -v e="$rmse" -v g="$equal" -v t="$cpu" -v took="$took" -v b="$slope" \
                 -v d="$(of "$r" forecast slope_spread)" '
                 function at(b) { return t * (e / g) ^ (-1 / b) }
@@ -709,7 +712,7 @@ coverage() {
     for scene in $COVERED; do
         reference_of "$scene"
         for setting in sampling.samples=8 sampling.target_error=0.006; do
-            # Not 10, which would be a part of the reference, with the same random numbers.
+            # Not 10: its region would be part of the reference, with the same random numbers.
             for run in 1 2 3 4 5 6 7 8 9 11; do
                 known "$scene,${setting#sampling.},$run" && continue
                 farm run "$scene" image.width=$((W + 200 * run)) "image.region=$((100 * run)) 0 $W $H" \

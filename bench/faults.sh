@@ -1,23 +1,23 @@
-# Injects faults into runs and looks at what becomes of them: faults.sh RUNS [SEED] [FOLDER FOR TABLES]
+# faults.sh RUNS [SEED] [FOLDER FOR TABLES]: injects faults into runs and checks the consequences. Kinds of faults:
 #
 #   rank, master, mpiexec, alone   kill -9 of a rank, of rank 0, of mpiexec, of a run without it
-#   stop       SIGSTOP of a rank: the picture has to be finished without it
-#   moment     the same at a certain step, from before it has the scene to its last one (FAULTS_STOP,
-#              loaded in front of the C library); before it has reported for work, status 75
-#   signal     SIGTERM, SIGINT or SIGUSR1: status 75, or 0 with the picture, which was complete already
-#   torn, flipped                  mpiexec killed, then the journal cut, or a bit of it turned
-#   full       a file system that is too small, then one with room (where none can be mounted torn, which is said)
-#   slow       a disk that takes its time (FAULTS_SLOW, loaded in front of the C library), and a kill
-#   none       start and finish, nothing else
+#   stop       SIGSTOP of a rank: the picture must be finished without it
+#   moment     the same at a certain step, from before it has the scene to its last one (by the library FAULTS_STOP,
+#              LD_PRELOAD); status 75 if it has not reported for work yet
+#   signal     SIGTERM, SIGINT or SIGUSR1: status 75, or 0 with the picture if it was complete already
+#   torn, flipped                  mpiexec killed, then the journal truncated, or one of its bits inverted
+#   full       a file system that is too small, then one with room (if none can be mounted: torn, with a message)
+#   slow       a slow disk (by the library FAULTS_SLOW, LD_PRELOAD), and a kill
+#   none       a run without a fault
 #
-# After the fault the same picture is asked for again, on another number of processes, with another
-# schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
-# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Pixels get so many samples that
-# two processes render for FAULTS_SECONDS (4): a journal has tiles from the second second on. FAULTS_SIZE, settings,
-# is another picture. Faults come in the first FAULTS_UNTIL (1) of the time that a run takes, but for those that wait
-# for a journal's first tile; after FAULTS_PATIENCE seconds (10) a stopped rank is given up. A fault counts as injected
-# when somebody got it, and as missed when the run was over before that, its process was not found or its journal had
-# no tile to be torn. Status 1 if anything was lost, differed, hung or was left behind.
+# After the fault the same picture is rendered again, on another number of processes, with another schedule and tile
+# size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP are paths of programs and libraries. FAULTS_KINDS
+# selects kinds. FAULTS_LIMIT is the most seconds that a run may take. The number of samples is chosen such that two
+# processes render for FAULTS_SECONDS (4), as a journal has tiles only after its first second. FAULTS_SIZE: settings of
+# another picture. Faults are injected in the first FAULTS_UNTIL (1) of the time that a run takes, except those that
+# wait for the first tile in the journal. After FAULTS_PATIENCE seconds (10) a stopped rank is given up. A fault counts
+# as injected if it has hit a process or a journal. It counts as missed if the run was over before, the process was not
+# found, or the journal had no tile to be torn. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}
@@ -33,7 +33,7 @@ SIZE=${FAULTS_SIZE:-$PICTURE sampling.samples=16}
 kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped moment full slow}
 T=$(mktemp -d)
 mark= # of what is running
-# Stopped ranks would stay for ever.
+# Stopped ranks would never end by themselves.
 clean_up() {
     for p in $(marked); do kill -9 "$p"; done
     umount "$T/small" 2>/dev/null
@@ -43,7 +43,7 @@ trap clean_up EXIT
 trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
-# LD_PRELOAD ends at a blank: names without.
+# Links with names without blanks, at which LD_PRELOAD would end.
 ln -s "$SLOW" slow.so && ln -s "$STOP" stop.so || exit 1
 LIMIT=${FAULTS_LIMIT:-120} # seconds until a run counts as hung
 PATIENCE=farm.patience=${FAULTS_PATIENCE:-10}
@@ -54,7 +54,7 @@ number=0
 pick() { state=$(((state * 6364136223846793005 + 1442695040888963407) & 0x7fffffffffffffff)); number=$(((state >> 33) % $1)); }
 nap() { sleep "$(awk "BEGIN { print $1 / 1000 }")"; }
 
-# The processes of this run, by a mark in their surroundings. Zombies have none.
+# The processes of this run, which have a mark in their environment. Zombies have none.
 marked() {
     [ -n "$mark" ] || return
     grep -lzx "FARM_FAULT=$mark" /proc/[0-9]*/environ 2>/dev/null | sed 's,/proc/\([0-9]*\)/.*,\1,'
@@ -65,7 +65,7 @@ rank_pid() {
             [ "$(cat "/proc/$p/comm" 2>/dev/null)" = farm ] && echo "$p"
     done
 }
-# Shared memory that has appeared since $before and that nobody has open.
+# Shared memory that was created since $before and that no process has open.
 segments() { ls /dev/shm 2>/dev/null | sort; }
 orphans() {
     for segment in $(segments); do
@@ -77,7 +77,7 @@ orphans() {
     done
 }
 
-# start PROCESSES ARGUMENT...: in the background, as $job
+# start PROCESSES ARGUMENT...: starts the farm in the background, as $job
 start() {
     count=$1; shift
     # shellcheck disable=SC2086 # a list of settings
@@ -90,7 +90,7 @@ start() {
     job=$!
 }
 
-# Waits for the job and all its processes; status: its own, or 124 when it had to be ended.
+# Waits for the job and all its processes. status: that of the job, or 124 if it had to be killed.
 hung=0 left=0
 finish() {
     i=0
@@ -103,7 +103,7 @@ finish() {
         wait $job 2>/dev/null
         status=$?
     fi
-    # mpiexec's processes see within moments that it has gone.
+    # mpiexec's processes notice within moments that it is gone.
     i=0
     while [ -n "$(marked)" ] && [ $i -lt 200 ]; do nap 50; i=$((i + 1)); done
     for p in $(marked); do left=$((left + 1)); kill -9 "$p"; done
@@ -120,7 +120,7 @@ await_tile() {
     while kill -0 $job 2>/dev/null && ! has_tile && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
 }
 
-# strike SIGNAL PROCESS: the fault; not injected when there is no such process any more.
+# strike SIGNAL PROCESS: injects the fault; clears hit if the process no longer exists.
 strike() { { [ -n "$2" ] && kill "-$1" "$2"; } 2>/dev/null || hit=; }
 
 other_way() { # chooses processes and settings that do not change the picture
@@ -131,9 +131,9 @@ other_way() { # chooses processes and settings that do not change the picture
 
 field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
 
-# How many samples a pixel gets so that rendering takes as long as wanted: where it took $1 seconds with 16; at least
-# those, and at most what there may be. CPU seconds: where the machine was busy just then runs would be too short for
-# their faults.
+# samples_for SECONDS: the number of samples per pixel with which rendering takes FAULTS_SECONDS if it takes SECONDS
+# with 16; at least 16, at most 65536. SECONDS are CPU seconds: with wall seconds of a busy moment, runs would be too
+# short for their faults.
 samples_for() {
     awk -v seconds="${1:-0}" -v wanted="${FAULTS_SECONDS:-4}" 'BEGIN {
         n = seconds > 0 ? int(16 * wanted / seconds) : 16
@@ -222,8 +222,8 @@ while [ $run -lt "$runs" ]; do
     if [ $kind = none ]; then hit=-
     elif [ -n "$hit" ]; then injected=$((injected + 1))
     else hit=no missed=$((missed + 1)); fi
-    # A rank that is killed while it starts cannot remove what it has just made, nor can anybody tell
-    # whose it was: such segments are counted apart. Of those kinds nobody is killed.
+    # A rank that is killed while it starts cannot remove a segment that it has just made, and no other process knows
+    # whose it was. So such segments are counted separately. The kinds of the first case kill nobody.
     number=$(orphans | wc -l)
     case $kind in
     none | signal | full) kept=$((kept + number)) ;;
@@ -252,7 +252,7 @@ while [ $run -lt "$runs" ]; do
         [ $status -eq 0 ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
         taken=$(field records) s=$(field seconds_saved) again=$(field seconds_repeated)
         taken=${taken:-0} s=${s:-0} again=${again:-0}
-        # The record in which a bit was turned may be one that is cut off anyway.
+        # The record with the inverted bit may be an incomplete one, which is lost anyway.
         [ "$taken" -ge "$records" ] || lost=$((lost + records - taken))
     fi
     same=yes

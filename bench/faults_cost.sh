@@ -1,10 +1,9 @@
-# What the journal costs: faults_cost.sh PAIRS [FOLDER FOR TABLES]
+# faults_cost.sh PAIRS [FOLDER FOR TABLES]: measures what the journal costs.
 #
-# Runs with and without output.journal in turn on one process, in each pair the other one first; the
-# medians over the pairs of CPU time (of the whole process, reading and writing included) and of render
-# wall time, with against without. Both tell something on a quiet machine only; in one run more, the CPU
-# time of the thread that writes the journal is looked at, which nobody else disturbs. FARM, COST_SCENE
-# and COST_SIZE choose what is rendered.
+# Pairs of runs on one process, with and without output.journal, in alternating order. The results are the medians over
+# the pairs of the ratios of CPU time (of the whole process, including reading and writing) and of the wall time of
+# rendering. Both are meaningful on a quiet machine only. One further run measures the CPU time of the thread that
+# writes the journal, which other programs do not affect. FARM, COST_SCENE and COST_SIZE select what is rendered.
 set -u
 export LC_ALL=C # figures with a decimal point
 pairs=${1:-7} out=${2:-}
@@ -19,7 +18,7 @@ cd "$T" || exit 1
 
 # one NAME JOURNAL: appends "CPU-seconds render-seconds" to NAME
 one() {
-    # The second line that times prints: user and system time of what has run.
+    # The second line that times prints has the user and system time of child processes.
     # shellcheck disable=SC2086 # a list of settings
     cpu=$(
         "$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=a.json output.journal="$2" \
@@ -34,7 +33,7 @@ for i in $(seq "$pairs"); do
     if [ $((i % 2)) -eq 0 ]; then one with a.journal; one without ""; else one without ""; one with a.journal; fi
 done
 
-# Nanoseconds of the thread's CPU time so far, as long as it is there.
+# Reads the thread's CPU time so far, in nanoseconds, as long as the thread exists.
 "$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=a.json output.journal=a.journal >/dev/null 2>&1 &
 farm=$!
 while kill -0 $farm 2>/dev/null; do

@@ -5,8 +5,8 @@
 #
 #   sh bench/hosts.sh "2 3 1" config/garden.ini [SECTION.KEY=VALUE ...]
 #
-# renders on hosts with 2, 3 and 1 ranks, and says who took part, what went over the network to each
-# host, and whether the picture is that of a single process. Leaves nothing behind, picture and report neither.
+# renders on hosts with 2, 3 and 1 ranks, and prints which ranks took part, how many bytes each host received over the
+# network, and whether the picture is that of a single process. Leaves no files, not even picture and report.
 set -u
 export LC_ALL=C
 ranks=$1 scene=$2; shift 2
@@ -28,7 +28,7 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 1' INT TERM
 
-# hold NAME: namespaces that last as long as a process in them sleeps.
+# hold NAME: makes namespaces, which exist as long as a sleeping process in them.
 hold() {
     unshare --net --uts --mount --ipc sh -c "echo \$\$ >'$T/$1.pid'; exec sleep 600" </dev/null >/dev/null 2>&1 &
     pids="$pids $!"
@@ -55,7 +55,7 @@ for count in $ranks; do
             mount --bind '$T/hosts' /etc/hosts" || exit 1
 done
 
-# As ssh is called: options, host, command.
+# A launcher that is called like ssh: options, host, command.
 cat >"$T/launch" <<EOF
 #!/bin/sh
 while [ "\${1#-}" != "\$1" ]; do shift; done
@@ -64,12 +64,12 @@ exec nsenter -t "\$(cat "$T/\$host.pid")" -n -u -m -i sh -c "\$*"
 EOF
 chmod +x "$T/launch"
 
-# A word as a shell has to be given it.
+# Quotes a word for a shell.
 quoted() { printf "'"; printf %s "$1" | sed "s/'/'\\\\''/g"; printf "' "; }
 received() { enter "node$1" awk '/eth0:/ { sub(/.*:/, ""); print $1 }' /proc/net/dev; }
 for i in $(seq $n); do received "$i" >"$T/before$i"; done
 "$FARM" "$scene" output.image="$T/one.pfm" output.report= "$@" >/dev/null 2>&1 || exit 1
-# The command as a script, so that arguments with blanks in them stay what they are.
+# The command is a script, so that arguments with blanks are passed on unchanged.
 {
     printf 'cd %s && %s' "$(quoted "$PWD")" "${HOSTS_ENV:-} timeout 60 $MPIEXEC -launcher ssh -n $total "
     for word in -launcher-exec "$T/launch" -f "$T/hostfile" "$FARM" "$scene" \

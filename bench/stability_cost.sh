@@ -1,11 +1,11 @@
 #!/bin/sh
-# What the exact formulas cost: pictures rendered with them and with the paper's, in turn, so that
-# what else the machine does falls on both; the median of the pairs' ratios.
+# Measures what the exact formulas cost: renders pictures with them and with the paper's in turn, so that other load of
+# the machine affects both. The result is the median of the pairs' ratios.
 #
 #   FARM=./farm sh bench/stability_cost.sh [PAIRS [SECTION.KEY=VALUE...]]
 #
-# One process renders; the figure is the CPU time of its rendering thread from the report. Status 1
-# when a scene takes more than 10 % longer.
+# One process renders, and the CPU time of its rendering thread is taken from the report. Status 1 if a scene takes more
+# than 10 % longer.
 set -eu
 export LC_ALL=C # figures with a decimal point
 cd "$(dirname "$0")/.."

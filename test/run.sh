@@ -29,7 +29,7 @@ run_one() { # name command...
     fi
 }
 
-# Leaks inside MPI and its transport are not ours to see; the unit tests do look for leaks.
+# The unit tests detect leaks; the scripts do not, because of leaks inside MPI and its transport.
 for unit in $UNITS; do
     run_one "$(basename "$unit")" "$unit"
 done

@@ -34,8 +34,8 @@ check "more processes than tiles" same
 same() { render t.pfm 44 && cmp reference.pfm t.pfm; }
 check "as many as in the paper" same
 
-# Where processes may not read each other's memory, MPICH moves what is longer than 8 KB in pieces, and short
-# messages overtake it: a tile may be back before it is heard that it takes long.
+# Where processes may not read each other's memory, MPICH moves messages longer than 8 KB in pieces, and short messages
+# overtake them: a tile may come back before the notice that it takes long.
 dear() {
     run 0 farm_n "$2" "$CONFIG/lantern.ini" sampling.samples=4 output.image="$1" output.report= \
         farm.master_renders="$3"
@@ -54,7 +54,8 @@ for how in "farm.tile=8" "farm.schedule=strips" "farm.schedule=cyclic"; do
     check "5 samples, $how" same
 done
 
-# A region is that part of the whole picture. PFM rows run from the bottom: header "PF\nW H\n-1.0\n".
+# A region has the same bytes as that part of the whole picture. A PFM has the header "PF\nW H\n-1.0\n" and then rows
+# from the bottom up.
 region_rows() {
     render part.pfm 2 image.region="0 20 97 11" || return 1
     tail -c $((97 * 11 * 12)) part.pfm >part.raw
@@ -72,14 +73,15 @@ for extension in png hdr; do
     check "$extension files are identical too" same
 done
 
-# MPI's messages go by its network path.
+# MPI sends messages over its network path.
 for schedule in dynamic cyclic; do
     same() { MPIR_CVAR_NOLOCAL=1 render t.pfm 4 farm.schedule=$schedule && cmp reference.pfm t.pfm; }
     check "messages as between machines, $schedule" same
 done
 
-# A scene for each node, messages instead of memory, see test/several_nodes.c; nodes of one rank share no memory.
-# Others open it twice: to see whether they can, and to have it. nodes NUMBER OPENED OVERRIDE...
+# nodes NUMBER OPENED OVERRIDE...: a run on NUMBER simulated nodes (test/several_nodes.c), each with its own scene,
+# which exchange messages instead of sharing memory. OPENED: how often shared memory must be opened: twice by each rank
+# that is not the first of its node, to test whether it can and to map it. A rank alone on its node shares no memory.
 nodes() {
     number=$1 opened=$2; shift 2
     rm -f note t.pfm
@@ -97,7 +99,7 @@ for schedule in dynamic cyclic; do
     check "two ranks on one of four nodes, $schedule" nodes 4 2 farm.schedule=$schedule
     check "rank 0 only serves, $schedule" nodes 3 4 farm.schedule=$schedule farm.master_renders=no
 done
-# Then the three others see once more whether they can.
+# The three other ranks then test once more whether they can open the memory.
 refused() {
     SEVERAL_NODES_REFUSED=2 nodes 1 9 && grep -q '^farm: 1 of 5 processes can share no memory' "$T/err"
 }

@@ -1,9 +1,9 @@
-# The journal in a run: whatever ended it, the same command goes on, with the same picture in the end.
+# The journal: however a run was ended, the same command continues it, and gives the same picture in the end.
 . test/resume.sh
 SIZE="image.width=320 image.height=336 sampling.samples=16 farm.tile=16"
 whole
 
-# A journal of a good part of the picture (1.3 MB).
+# A journal that holds a good part of the picture, which is 1.3 MB.
 killed() { broken_off 9 1100000 "$@" && [ ! -e a.pfm ]; } # PROCESSES ARGUMENT...
 cp_journal() { killed 0 && cp a.journal kept; }
 check "a run that was killed leaves a journal" cp_journal
@@ -26,7 +26,7 @@ cyclic() { # of what there is some is of use
 }
 check "cyclic" cyclic
 
-# A disk with no room for the rest: nothing is rendered, and what an earlier run has left there stays.
+# A disk without room for the rest: nothing is rendered, and the journal of the earlier run stays.
 cat >refuses <<'END'
 mount -t tmpfs -o size=1m none small && cp crowded small/a.journal || exit 1
 "$@" output.journal=small/a.journal
@@ -46,9 +46,9 @@ mkdir small
 if unshare --mount mount -t tmpfs none small 2>/dev/null; then check "no room for the rest of a journal" small_disk
 else count=$((count + 1)); echo "not ok $count - no room for the rest of a journal # SKIP nothing can be mounted"; fi
 
-# Tiles that are rendered again are in the error once: it is that of the whole run where bands end with
-# tiles (three strips of 7 rows of tiles: 336), about that where tiles are used in part, and the picture is
-# known to be complete (true_rmse).
+# Tiles that are rendered again count only once in the error. It is that of an uninterrupted run if bands end where
+# tiles end (three strips of 7 rows of tiles: 336 pixels), and about that if tiles are used in part. true_rmse shows
+# that the picture is complete.
 rmse() { sed -n 's/.*"estimated_rmse": \([0-9.e-]*\).*/\1/p' "$1" | tail -n 1; }
 error_once() { # TOLERANCE KEPT PROCESSES ARGUMENT...
     tolerance=$1 saved=$2; shift 2
@@ -57,7 +57,7 @@ error_once() { # TOLERANCE KEPT PROCESSES ARGUMENT...
     grep -q '"true_rmse": 0[,}.]' a.json &&
         awk "BEGIN { r = $(rmse a.json) / $(rmse whole.json) - 1; print r; exit !(r * r < $tolerance ^ 2) }"
 }
-# Of dear tiles, which come first: those that are rendered again are not like the others.
+# A journal of expensive tiles, which come first, so that the tiles rendered again are unlike the others.
 broken_off 9 500000 0 && cp a.journal half
 check "in strips, the error counts each pixel once" error_once 1e-3 half 3 farm.schedule=strips
 check "with smaller tiles, and tiles in part" error_once 0.05 kept 3 farm.tile=5
@@ -76,7 +76,7 @@ check "damage in the middle" in_the_middle 0
 check "damage in the middle, on three processes" in_the_middle 3
 check "damage that was there before" damaged_once 100000 kept
 check "nothing left to render" all_saved kept
-# Ranks that share a core take turns: what they saved is not the wall time of each of them.
+# Ranks that share a core take turns, so the time that is saved is not the sum of their wall times.
 turns_saved() {
     core=$(taskset -pc $$ | sed 's/.*: //; s/[-,].*//')
     rm -f a.*

@@ -1,11 +1,11 @@
-# The journal under adaptive sampling: a run that was ended in any pass goes on there, with the same
-# picture in the end.
+# The journal with adaptive sampling: a run that was ended in any pass continues there, and gives the same picture in
+# the end.
 . test/resume.sh
 SIZE="image.width=240 image.height=240 sampling.target_error=0.001"
 whole
 passes_of() { sed -n 's/^ *"passes": \([0-9]*\),$/\1/p' "$1"; }
 
-# 57,600 pixels with 32 bytes each in the first pass.
+# The first pass has 57,600 pixels of 32 bytes each.
 first() { broken_off 9 800000 0 && cp a.journal first; }
 check "killed in the first pass" first
 later() { broken_off 9 2300000 0 && cp a.journal later; }
@@ -24,7 +24,7 @@ check "later: the same command goes on" goes_on later 0
 check "later: on three processes, with larger tiles" goes_on later 3 farm.tile=48
 check "in a later pass" sh -c 'grep -q "in pass [2-9]" "$1"' - err
 
-# With so many processes the first row is due when rendering begins, in the midst of a pass.
+# With this number of processes the first row is due when rendering begins, in the middle of a pass.
 rows_rise() {
     goes_on later 8 output.error=rows.csv && cat rows.csv && awk -F, 'NR == 1 { next }
         NR > 2 { falls += !($1 > time && $2 >= samples) }
@@ -43,8 +43,8 @@ stopped() { # by a signal: as it is said, and in that way it goes on
 check "stopped by a signal" stopped
 
 check "a cut tail" cut_tail 100 later
-# In the middle of the first pass: of that one or two tiles, of 256 pixels, are lost, and all passes behind
-# it, which are planned when it is complete, are of no use.
+# Damage in the middle of the first pass: one or two of its tiles, of 256 pixels, are lost. All later passes, which are
+# planned when it is complete, cannot be used.
 first_flipped() {
     flipped 600000 2 later && grep -q 'bytes of the journal cannot be used' "$T/err" &&
         grep -q 'in pass 1:' "$T/err" && [ "$(resumed pixels)" -ge $((57600 - 512)) ] &&
@@ -61,7 +61,8 @@ other() { # plans follow from the target: another one is another picture
 }
 check "another target" other
 check "nothing left to render" all_saved later
-# For how long passes may take depends on when they begin: they are planned as they were then.
+# How long a pass may take depends on when it begins. Passes in the journal must be planned again with the limits that
+# they had then.
 timed() {
     SIZE="image.width=240 image.height=240"
     broken_off 9 2300000 0 sampling.time_limit=60 &&
@@ -70,9 +71,9 @@ timed() {
 }
 check "killed in a later pass under a time limit" timed
 
-# A limit of a quarter of what the first pass would take, on a machine of any speed: it is cut off early, and the run killed
-# among the lattices behind it, when its journal can lose the first pass. Meanwhile the machine may become more than twice as
-# busy as it was, or half as busy.
+# The time limit is a quarter of what the first pass would take on this machine. So the first pass is cut off early, and
+# the run is killed during the passes for lattices after it, so that its journal can lose the first pass. In the
+# meantime the machine may become more than twice as busy, or half as busy.
 SIZE="image.width=240 image.height=240"
 even() { run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=64 output.image=even.pfm output.report=even.json; }
 check "a reference" even

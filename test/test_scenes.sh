@@ -1,4 +1,4 @@
-# The sample scenes: each renders, small, with the same bits on one and on three processes.
+# The sample scenes: small pictures of each have the same bits on one and on three processes.
 . test/lib.sh
 cd "$T" || exit 1
 

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The catalogue of stiff and extreme cases on every level of the kernel; and with each ray as a packet of 8
-# or a bundle of 32 that are all the same, which have to find the bits that one more of it finds alone.
+# The catalogue of stiff and extreme cases on every level of the kernel; also with 8 or 32 copies of each ray, which
+# form a packet or a bundle and must give the bits that one more copy, traced alone, gives.
 STABILITY=${STABILITY:-build/bench/stability}
 status=0
 

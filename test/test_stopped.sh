@@ -1,4 +1,4 @@
-# A rank that stops does not keep the others from finishing, or from ending.
+# A rank that is stopped keeps the others neither from finishing the picture nor from exiting.
 . test/lib.sh
 STOP=$(realpath -q "${FAULTS_STOP:-/nowhere}")
 cd "$T" || exit 1
@@ -10,7 +10,7 @@ check "reference" picture
 
 [ -e "$STOP" ] || { echo "not ok 2 - a rank that stops # SKIP without bench/faults_stop.so"; finish; }
 
-# stops STATUS AT PROCESSES OVERRIDE...: rank 1 stops when it comes to AT, see bench/faults_stop.c.
+# stops STATUS AT PROCESSES OVERRIDE...: a run whose rank 1 is stopped at the step AT (bench/faults_stop.c).
 stops() {
     want=$1 at=$2 processes=$3; shift 3
     rm -f t.pfm t.json t.journal note
@@ -23,7 +23,7 @@ stops() {
     { kill -KILL "$(cat note)"; } 2>/dev/null
     [ -e note ] && [ "$got" -eq "$want" ]
 }
-# Rank 1 is named, in a message and in the report.
+# Rank 1 must be named in a message and in the report.
 named() { grep -q '^farm: warning: rank 1 on .* answers no more' err.txt && grep -q '"rank": 1,.*"silent": 1' t.json; }
 renderer() { stops 0 tile 3 && cmp reference.pfm t.pfm && named; }
 check "a stopped renderer" renderer
@@ -31,7 +31,7 @@ before() { stops 75 share 3 && grep -q "^farm: not all processes have come to th
 check "a rank that stops before it has the scene" before
 memory() { stops 75 memory 3 && grep -q "^farm: not all processes have come to the start" err.txt; }
 check "before it has opened the memory of its node" memory
-# The launcher has to end the one that is stopped.
+# The launcher must end the stopped rank.
 early() {
     for try in 1 2 3; do # what rank 0 leaves with got lost in every second run
         rm -f note
@@ -47,13 +47,14 @@ square() { stops 0 tile 3 farm.schedule=tiles farm.tile=32 && cmp reference.pfm 
 check "and its tiles" square
 behind() { stops 0 later 3 && cmp reference.pfm t.pfm; }
 check "a renderer that has left results" behind
-# All tiles are too large for a slot.
+# All tiles are too large for a slot of a tray.
 message() {
     run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=128 image.height=192 output.image=large.pfm output.report= &&
         stops 0 result 3 image.width=128 image.height=192 farm.schedule=tiles farm.tile=64 && cmp large.pfm t.pfm
 }
 check "a renderer that sends a message" message
-# It goes on before it is given up, and behind that: what it has in its slots is taken then, or of no use.
+# The stopped rank is continued before it is given up, or after that: then the results in its tray are taken, or of no
+# use.
 goes_on() { # SECONDS
     { until [ -s note ]; do sleep 0.05; done; sleep "$1"; kill -CONT "$(cat note)"; } &
     stops 0 later 3 farm.patience=1 sampling.samples=2000 && cmp longer.pfm t.pfm
@@ -61,8 +62,8 @@ goes_on() { # SECONDS
 longer() { run 0 farm_n 0 "$SCENE" sampling.samples=2000 image.width=160 image.height=120 \
     output.image=longer.pfm output.report=; }
 check "a longer picture" longer
-# Five seconds since its last sign of life that it was asked for, not since the last tile; they are not of those that the
-# error is told for.
+# The master must wait for at most five seconds from the last sign of life that it asked the rank for, not from the last
+# tile. These seconds must not count in the elapsed time of the error.
 waiting() {
     awk '
         /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1]); if (!(part[1] in of)) of[part[1]] = part[2] + 0 }

@@ -3,7 +3,7 @@
 cd "$T" || exit 1
 SCENE=$CONFIG/hello.ini
 
-# The pixels of all tiles in the trace, which has an event a line.
+# The pixels of all tiles in the trace, which has one event per line.
 traced_pixels() { awk -F'"pixels": ' '/"cat": "tile"/ { sum += $2 + 0 } END { print sum + 0 }' "$1"; }
 rows() { grep -c '"thread_name"' "$1"; }
 
@@ -25,7 +25,8 @@ for n in 0 3; do
     done
 done
 
-# What each pass has sampled, and that it was planned: who is still at work in vain sees less of that.
+# The trace must have the samples of all passes, and bars for planning. Renderers that still do useless work have
+# shorter such bars.
 passes() { # N
     run 0 farm_n "$1" "$SCENE" image.width=200 image.height=150 sampling.target_error=0.002 output.image=a.png \
         output.trace=t.json output.error=e.csv || return 1
@@ -39,8 +40,8 @@ passes() { # N
 }
 for n in 0 3; do check "trace of passes, -n $n" passes $n; done
 
-# What the report says that took time adds up to what it took. Rays and pixels are those of the picture, or more where
-# something was rendered twice.
+# The times in the report must add up to the total. Rays and pixels are those of the picture, or more if something was
+# rendered twice.
 adds_up() {
     run 0 farm_n 3 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=4 output.image=a.png ||
         return 1
@@ -66,7 +67,8 @@ adds_up() {
 }
 check "the report adds up" adds_up
 
-# Rank 0 that only serves sleeps meanwhile: it takes some hundredth of a core, and looking all the time a tenth and more.
+# A rank 0 that only serves sleeps meanwhile. It takes about a hundredth of a core; polling all the time would take a
+# tenth and more.
 sleeps() {
     run 0 farm_n 2 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=64 output.image=a.png \
         farm.master_renders=no || return 1

@@ -1,6 +1,5 @@
-# Whole runs under valgrind: valgrind.sh, from make valgrind. Status 1 if it finds anything in any process:
-# reads and writes beside blocks, values that nobody has set, blocks that nobody can reach. (MPICH 4.0.2
-# needs no suppressions.)
+# valgrind.sh, called by make valgrind: whole runs under valgrind. Status 1 if it finds invalid reads or writes,
+# uninitialised values or lost blocks in any process. (MPICH 4.0.2 needs no suppressions.)
 set -u
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}

@@ -1,9 +1,9 @@
 #!/bin/sh
-# Runs fuzz targets, one after the other: run.sh FOLDER TARGET... with the programs FOLDER/fuzz_TARGET.
-# What is found on the way is kept in FOLDER/corpus, inputs that break a promise in FOLDER/found.
-# FUZZ_SECONDS (30) or FUZZ_RUNS bound each one; FUZZ_OPTIONS go to libFuzzer as they are.
+# run.sh FOLDER TARGET...: runs fuzz targets one after the other, which are the programs FOLDER/fuzz_TARGET. New inputs
+# of interest are kept in FOLDER/corpus, inputs that break a promise in FOLDER/found. FUZZ_SECONDS (30) or FUZZ_RUNS
+# limit each target; FUZZ_OPTIONS are passed to libFuzzer.
 set -u
-# Short memories of who allocated what, and of what was freed, make a third more inputs a second.
+# Short allocation stacks and a small quarantine of freed blocks allow a third more inputs per second.
 export ASAN_OPTIONS="malloc_context_size=3:quarantine_size_mb=16${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 folder=$1; shift
 here=$(dirname "$0")
@@ -13,7 +13,7 @@ trap 'rm -rf "$FUZZ_FOLDER"' EXIT
 trap 'exit 1' INT TERM HUP
 cp test/data/*.* "$FUZZ_FOLDER"
 if [ -n "${FUZZ_RUNS:-}" ]; then bound=-runs=$FUZZ_RUNS; else bound=-max_total_time=${FUZZ_SECONDS:-30}; fi
-# Small files: what breaks a parser is short, and twice the size is half the speed.
+# Inputs are small: what breaks a parser is short, and twice the size is half the speed.
 largest=1400
 failed=0
 mkdir -p "$folder/found"
