@@ -2,12 +2,12 @@
 #include "config/models/garden.h"
 #include "config/models/scatter.h"
 
-/* How a koi lies in the water; its body bends to and fro about its heading. */
+/* The pose and colours of a koi. Its body bends from side to side about its heading. */
 struct koi {
     double x, y, z, yaw, size;
     double swing;      /* phase of the bend, radians */
     uint32_t pattern;  /* seed of its patches */
-    const char *patch; /* material of them */
+    const char *patch; /* material of the patches */
 };
 
 static struct vec3 swimming(const void *context, struct vec3 p)
@@ -38,7 +38,7 @@ static void add_fin(struct mesh *mesh, struct vec3 root, struct vec3 a, struct v
     mesh_triangle(mesh, r, m, mesh_vertex(mesh, c));
 }
 
-/* One metre long, its nose towards +x, scaled at the end. */
+/* Adds a koi that is modelled with a length of one metre and its nose towards +x, then scaled. */
 static void add_one(struct mesh *mesh, const struct koi *koi)
 {
     static const struct point2 profile[] = {{0.012, 0.06}, {0.03, 0.14},  {0.065, 0.28},
@@ -50,7 +50,7 @@ static void add_one(struct mesh *mesh, const struct koi *koi)
     struct mesh_transform lie = transform_turn(vec3(0, 0, 1), -90);
     lie.origin = vec3(-0.5, 0, 0);
     mesh_apply(mesh, part, &lie);
-    mesh_refine(mesh, part, 0.055); /* so that the edges of the patches are not ragged */
+    mesh_refine(mesh, part, 0.055); /* so that the patches have smooth outlines */
     struct koi_paint paint = {mesh_material(mesh, "koi_white"), mesh_material(mesh, koi->patch),
                               koi->pattern};
     mesh_paint(mesh, part, paint_koi, &paint);
@@ -104,7 +104,7 @@ static void add_goose(struct mesh *mesh, double beat)
 /* A skein of geese on its way past the moon. */
 void add_geese(struct mesh *mesh)
 {
-    /* From the leader: metres behind and to the side. */
+    /* Positions relative to the leader: metres behind and to the side. */
     static const struct vec3 places[] = {
         {0, 0, 0},          {-1.9, -0.75, 1.2}, {-3.7, -1.5, 2.2}, {-5.6, -2.2, 3.3},
         {-2.1, 0.55, -1.3}, {-4.0, 1.15, -2.6}, {-6.2, 1.7, -3.8},

@@ -2,7 +2,7 @@
 #include "config/models/garden.h"
 #include "config/models/scatter.h"
 
-/* Along x about the origin; moved to its place at the end. */
+/* The bridge is modelled along x around the origin, then moved to its place. */
 static const double half_span = 2.25, rise = 0.62, half_width = 0.52;
 
 static double deck_height(double x)
@@ -11,7 +11,7 @@ static double deck_height(double x)
     return rise * (1 - t * t);
 }
 
-/* A beam that follows the arch: lifted by up, at z, of the given width and height. */
+/* Adds a beam of this width and height that follows the arch at z, raised by `up`. */
 static void add_arched_beam(struct mesh *mesh, double z, double up, double width, double height)
 {
     enum { STEPS = 40 };

@@ -1,20 +1,20 @@
 /*
- * The parts of the garden: what lies where, and one function per part that adds it to a mesh.
+ * The parts of the garden: the shape of its ground, and for each part a function that adds it to a mesh.
  *
- * x to the right, y up, z towards the viewer, who stands at about (0, 1.8, 9) and looks along -z;
- * metres. The pond's water is at y = 0.
+ * x points to the right, y up and z towards the viewer, who stands at about (0, 1.8, 9) and looks along -z. Lengths are
+ * in metres. The surface of the pond is at y = 0.
  */
 #ifndef FARM_CONFIG_MODELS_GARDEN_H
 #define FARM_CONFIG_MODELS_GARDEN_H
 
 #include "config/models/mesh.h"
 
-/* ---- the lie of the land (terrain.c) ---- */
+/* ---- the ground (terrain.c) ---- */
 
-/* Distance to the shore, roughly: > 0 on land, < 0 in the pond. */
+/* Approximate distance to the shore: > 0 on land, < 0 in the pond. */
 double pond_distance(double x, double z);
 
-/* The ground, and below 0 the bed of the pond. */
+/* The height of the ground; below 0 it is the bed of the pond. */
 double ground_height(double x, double z);
 
 /* The point of the ground at (x, z), lifted by up. */

@@ -2,7 +2,7 @@
 #include "config/models/garden.h"
 #include "config/models/lantern.h"
 
-/* The first one is lit: a light of garden.ini stands in it. */
+/* The first one is lit: garden.ini has a light inside of it. */
 static const struct standing {
     struct lantern lantern;
     double x, z, up, yaw, scale;

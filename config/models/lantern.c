@@ -8,7 +8,7 @@
 
 #define SIDES STONEWORK_SIDES
 
-/* A number of points at detail 1, at the lantern's. */
+/* Converts a number of points at detail 1 to that at this detail. */
 static size_t scaled(double count, double detail)
 {
     double n = floor(count * detail + 0.5);
@@ -138,7 +138,7 @@ static void add_platform(struct mesh *mesh, const struct lantern *lantern)
 
 /* ---- fire box: foot on y = 0 ---- */
 
-#define BOX_RADIUS 0.305 /* of the corners, outside */
+#define BOX_RADIUS 0.305 /* of the outer corners */
 #define BOX_HEIGHT 0.42
 #define BOX_WALL   0.045
 
@@ -148,7 +148,7 @@ enum window { WINDOW_ARCH, WINDOW_ROUND };
 static double window_edge(enum window window, double dx, double dy)
 {
     if (window == WINDOW_ROUND) return 0.090;
-    /* a box with round shoulders and, on top, the point of an ogee arch */
+    /* a rectangle with rounded shoulders and the point of an ogee arch on top */
     const double half_width = 0.100, bottom = 0.150, top = 0.125;
     double flat = half_width / fmax(fabs(dx), 1e-9);
     if (dy < 0) return fmin(flat, bottom / -dy);
@@ -159,7 +159,7 @@ static double window_edge(enum window window, double dx, double dy)
 
 struct panel {
     enum window window;
-    double half_width, half_inner; /* of the front and, because of the mitre, of the back */
+    double half_width, half_inner; /* of the front; of the back, which is narrower by the mitre */
 };
 
 /* Point i of n on the panel's border, clockwise from the lower right corner: x -1 .. 1, y 0 .. 1.
@@ -179,10 +179,13 @@ static struct point2 border_point(size_t i, size_t per_side)
     }
 }
 
-/* From the border of the front (0) to the edge of the opening (1): front, moulding, reveal, back.
+/*
+ * The rings of a panel, from the border of its front over the edge of the opening to the border of its back: front,
+ * moulding, reveal, back. share: 0 at the panel's border, 1 at the edge of the opening. depth: into the wall, 0 at its
+ * front, 1 at its back; < 0: in front of it.
  */
 static const struct {
-    double share, depth; /* depth: into the wall, 1 at its back; below 0 in front of it */
+    double share, depth;
 } panel_rings[] = {{0, 0},        {0.11, 0},     {0.22, 0},     {0.33, 0},     {0.44, 0},
                    {0.55, 0},     {0.66, 0},     {0.68, -0.16}, {0.74, -0.26}, {0.85, -0.30},
                    {0.95, -0.26}, {0.995, -0.1}, {1, 0},        {1, 0.33},     {1, 0.67},
@@ -214,7 +217,7 @@ static void add_panel(struct mesh *mesh, const struct panel *panel, size_t per_s
         for (size_t i = 0; i < size; i++)
             rings[r * size + i] = panel_point(panel, border_point(i, per_side), r);
     mesh_loft(mesh, rings, PANEL_RINGS, size, MESH_OPEN);
-    /* lower and upper side of the wall; at its left and right the next panels follow */
+    /* lower and upper side of the wall; the left and the right one are shared with the next panels */
     const struct vec3 *back = rings + (PANEL_RINGS - 1) * size;
     for (size_t i = 0; i < size; i++) {
         if (i / per_side % 2 == 1) continue;
@@ -262,7 +265,7 @@ static void add_posts(struct mesh *mesh, const struct lantern *lantern)
     finish_stone(mesh, from, lantern, 40);
 }
 
-/* A pane in the middle of the wall, let into the stone about the opening, and bars before it. */
+/* Adds a pane in the middle of the wall, set into the stone around the opening, and bars in front of it. */
 static void add_window(struct mesh *mesh, enum window window)
 {
     const double y = 0.50 * BOX_HEIGHT, z = BOX_RADIUS * cos(PI / 6) - 0.55 * BOX_WALL;
@@ -327,11 +330,11 @@ static void add_fire_box(struct mesh *mesh, const struct lantern *lantern, doubl
 
 struct roof {
     double radius; /* of the corners */
-    double height; /* from the lower edge of the eaves' middles to the top */
+    double height; /* from the lower edge at the middle of an eave to the top */
     double upturn; /* how far the corners rise above that */
 };
 
-/* How much of the upturn a point gets: 0 in the middle of an eave, 1 at its corner. */
+/* The share of the upturn at a point: 0 in the middle of an eave, 1 at its corner. */
 static double cornerness(struct point2 outline)
 {
     double edge = cos(PI / 6);

@@ -1,4 +1,4 @@
-/* The container: growing arrays, materials by name, marks, copies, and the OBJ file. */
+/* The mesh as a container: growing arrays, materials by name, marks, copies, transforms, and writing OBJ files. */
 #include "config/models/mesh.h"
 
 #include <errno.h>
@@ -173,7 +173,7 @@ static void write_triangle(FILE *file, const struct mesh_triangle *triangle)
                 n[2] + 1);
 }
 
-/* The triangles of one material after the other. */
+/* Writes the triangles, one material after the other. */
 static void write_triangles(FILE *file, const struct mesh *mesh)
 {
     for (size_t material = 0; material < mesh->material_count; material++) {
@@ -213,7 +213,7 @@ bool mesh_write_obj(const struct mesh *mesh, const char *folder, const char *nam
         fprintf(stderr, "models: %s: %s\n", path, strerror(errno));
         return false;
     }
-    /* 80 MB in stdio's 4 KiB are 20,000 system calls, which are dear in some containers. */
+    /* 80 MB in stdio's blocks of 4 KiB take 20,000 system calls, which are expensive in some containers. */
     static char buffer[1 << 20];
     setvbuf(file, buffer, _IOFBF, sizeof buffer);
     errno = 0;

@@ -1,6 +1,6 @@
 /*
- * A small kit to make triangle meshes: shapes are added to a mesh, then the part that was added
- * since a mark is bent, roughened, refined, smoothed, painted or moved as a whole.
+ * A small library to make triangle meshes. Shapes are added to a mesh. The part that was added since a mark can then be
+ * bent, roughened, refined, smoothed, painted or moved as a whole.
  *
  *   struct mesh mesh;
  *   mesh_init(&mesh);
@@ -26,7 +26,7 @@
 #include "common/vec.h"
 
 #define PI             3.14159265358979323846
-#define MESH_FLAT      UINT32_MAX /* as normal[0]: the triangle has no normals, it is shaded flat */
+#define MESH_FLAT      UINT32_MAX /* as normal[0]: the triangle has no normals and is flat */
 #define MESH_NAME_SIZE 32         /* of a material, with the final zero; longer names are cut */
 
 struct mesh_triangle {
@@ -60,14 +60,14 @@ void mesh_free(struct mesh *mesh);
 /* The index of a material; it is added when it is new. */
 uint32_t mesh_material(struct mesh *mesh, const char *name);
 
-/* The triangles that follow have this material (the INI's [material NAME]). */
+/* Sets the material of the triangles that are added from now on (the INI file's [material NAME]). */
 void mesh_use(struct mesh *mesh, const char *material);
 
 uint32_t mesh_vertex(struct mesh *mesh, struct vec3 position);
 uint32_t mesh_normal(struct mesh *mesh, struct vec3 unit);
 void mesh_triangle(struct mesh *mesh, uint32_t a, uint32_t b, uint32_t c);
 
-/* Two triangles, cut along a-c. */
+/* Adds a quad as two triangles, divided along a-c. */
 void mesh_quad(struct mesh *mesh, uint32_t a, uint32_t b, uint32_t c, uint32_t d);
 
 /* ---- shapes: closed, outward, flat until mesh_smooth() ---- */
@@ -81,10 +81,9 @@ enum mesh_caps {
 };
 
 /*
- * The skin over ring_count closed rings of ring_size points each: rings[ring * ring_size + point].
- * Seen from outside, with the next ring above, the points of a ring run to the left. Caps are fans
- * about a ring's mean point, so a capped ring must be star-shaped about it. A ring whose points are
- * all equal becomes one point and needs no cap.
+ * Adds the surface through ring_count closed rings of ring_size points each: rings[ring * ring_size + point]. Seen from
+ * outside, with the next ring above, the points of a ring run to the left. Caps are fans around a ring's mean point, so
+ * a capped ring must be star-shaped about it. A ring whose points are all equal becomes one vertex and needs no cap.
  */
 void mesh_loft(struct mesh *mesh, const struct vec3 *rings, size_t ring_count, size_t ring_size,
                enum mesh_caps caps);
@@ -92,7 +91,7 @@ void mesh_loft(struct mesh *mesh, const struct vec3 *rings, size_t ring_count, s
 /* The position on a surface at 0 <= u, v <= 1. */
 typedef struct vec3 mesh_surface(const void *context, double u, double v);
 
-/* columns x rows quads of surface(u, v); dP/du x dP/dv points outward. */
+/* Adds columns x rows quads of surface(u, v); dP/du x dP/dv points outward. */
 void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, mesh_surface *surface,
                const void *context);
 
@@ -108,7 +107,7 @@ void mesh_revolve(struct mesh *mesh, const struct point2 *profile, size_t profil
 void mesh_prism(struct mesh *mesh, const struct point2 *outline, size_t outline_count,
                 const struct point2 *profile, size_t profile_count);
 
-/* A polygon in (x, z), as for mesh_prism(), as a plate from y0 to y1 with bevelled edges. */
+/* Adds a plate from y0 to y1 with bevelled edges, whose outline is a polygon in (x, z) as for mesh_prism(). */
 void mesh_extrude(struct mesh *mesh, const struct point2 *outline, size_t outline_count, double y0,
                   double y1, double bevel);
 
@@ -121,14 +120,14 @@ void mesh_extrude(struct mesh *mesh, const struct point2 *outline, size_t outlin
 size_t mesh_polygon(struct point2 *outline, size_t sides, double radius, size_t arc_points,
                     size_t side_points);
 
-/* A round tube along a path, with its radius at every point of it and flat ends. */
+/* A round tube along a path, with a radius for every point of the path and flat ends. */
 void mesh_tube(struct mesh *mesh, const struct vec3 *path, const double *radii, size_t count,
                size_t segments);
 
 /* A cuboid; bevel is the width that is cut off the edges, 0 for sharp ones. */
 void mesh_box(struct mesh *mesh, struct vec3 min, struct vec3 max, double bevel);
 
-/* An ellipsoid: a cube of detail x detail quads per face, blown up. Even triangles, no poles. */
+/* An ellipsoid, made from a cube of detail x detail quads per face: triangles of similar size, and no poles. */
 void mesh_ball(struct mesh *mesh, struct vec3 center, struct vec3 radii, size_t detail);
 
 /* ---- work on everything that was added since a mark ---- */
@@ -150,15 +149,15 @@ struct mesh_transform transform_place(struct vec3 origin, double yaw, double sca
 /* Turned about an axis through the origin by an angle in degrees (right-hand rule). */
 struct mesh_transform transform_turn(struct vec3 axis, double degrees);
 
-/* Positions and normals, by no mirror image: triangles stay the way round that they are. After an uneven scale call
- * mesh_smooth() again. */
+/* Transforms positions and normals. t must not reflect, as the orientation of triangles does not change. After a
+ * non-uniform scale, call mesh_smooth() again. */
 void mesh_apply(struct mesh *mesh, struct mesh_mark from, const struct mesh_transform *t);
 
-/* Every vertex to move(context, position). */
+/* Moves every vertex to move(context, position). */
 typedef struct vec3 mesh_move(const void *context, struct vec3 position);
 void mesh_bend(struct mesh *mesh, struct mesh_mark from, mesh_move *move, const void *context);
 
-/* Halves edges longer than longest until there are none; a closed mesh stays closed. */
+/* Halves edges longer than `longest` until there are none; a closed mesh stays closed. */
 void mesh_refine(struct mesh *mesh, struct mesh_mark from, double longest);
 
 /* Moves every vertex by up to about amplitude, by noise with features 1 / frequency wide. Equal
@@ -166,20 +165,20 @@ void mesh_refine(struct mesh *mesh, struct mesh_mark from, double longest);
 void mesh_roughen(struct mesh *mesh, struct mesh_mark from, double amplitude, double frequency,
                   uint32_t seed);
 
-/* Makes vertices at equal positions one, and drops triangles that have lost their area by it. */
+/* Merges vertices at equal positions, and drops triangles that have no area then. */
 void mesh_weld(struct mesh *mesh, struct mesh_mark from);
 
-/* Normals: the mean of the triangles about a vertex (weighted by angle) that are not further than
- * crease degrees from the triangle's own direction: 180 all smooth, 0 flat. */
+/* Computes vertex normals. A triangle's normal at a vertex is the mean, weighted by angle, of the normals of those
+ * triangles at the vertex that differ from its own by at most crease degrees. 180: all smooth; 0: flat. */
 void mesh_smooth(struct mesh *mesh, struct mesh_mark from, double crease);
 
 /* Gives every triangle the material of index paint(context, its middle, its unit normal). */
 typedef uint32_t mesh_painter(const void *context, struct vec3 middle, struct vec3 normal);
 void mesh_paint(struct mesh *mesh, struct mesh_mark from, mesh_painter *paint, const void *context);
 
-/* ---- chance that is the same on every run ---- */
+/* ---- pseudorandom numbers, the same on every run ---- */
 
-/* 0 <= x < 1, a function of its arguments alone. */
+/* A number 0 <= x < 1 that depends on the arguments alone. */
 double chance(uint32_t seed, uint32_t index);
 
 /* Smooth noise in -1 .. 1 with features about 1 wide; mean 0. */

@@ -1,4 +1,4 @@
-/* The shapes: nearly all of them are lofts or grids. */
+/* The shapes of mesh.h, nearly all of which are lofts or grids. */
 #include <stdlib.h>
 
 #include "config/models/mesh.h"
@@ -8,7 +8,7 @@ static bool same_point(struct vec3 a, struct vec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-/* One ring of vertices, as their indices; all the same one when the ring is a point. */
+/* Adds the vertices of a ring and stores their indices, which are all the same if the ring is a point. */
 static void add_ring(struct mesh *mesh, const struct vec3 *ring, size_t size, uint32_t *index)
 {
     bool point = true;
@@ -180,7 +180,7 @@ void mesh_tube(struct mesh *mesh, const struct vec3 *path, const double *radii, 
     struct vec3 normal = any_normal(path_tangent(path, count, 0));
     for (size_t r = 0; r < count; r++) {
         struct vec3 tangent = path_tangent(path, count, r);
-        /* the frame is carried along with as little turning as possible */
+        /* the frame is transported along the path with the least rotation */
         normal = vec_normalize(vec_add_scaled(normal, tangent, -vec_dot(normal, tangent)));
         struct vec3 binormal = vec_cross(normal, tangent);
         for (size_t i = 0; i < segments; i++) {

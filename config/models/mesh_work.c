@@ -1,4 +1,4 @@
-/* What is done to a part of a mesh as a whole; chance and noise. */
+/* The operations of mesh.h on a part of a mesh as a whole, pseudorandom numbers and noise. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -56,7 +56,7 @@ double noise_fractal(struct vec3 p, unsigned octaves, uint32_t seed)
     double sum = 0, strength = 0.5;
     for (unsigned i = 0; i < octaves; i++) {
         sum += strength * noise(p, seed + i);
-        p = vec_scale(p, 2.03); /* not 2: the octaves' lattices shall not coincide */
+        p = vec_scale(p, 2.03); /* not 2, so that the lattices of the octaves do not coincide */
         strength /= 2;
     }
     return sum;
@@ -127,7 +127,7 @@ struct table {
     size_t mask;
 };
 
-/* For up to count entries, less than half full. */
+/* Creates a table for up to count entries, which is then less than half full. */
 static struct table table_new(size_t count)
 {
     size_t size = 64;
@@ -166,8 +166,8 @@ static int64_t cell_of(double x)
     return (int64_t)floor(x / WELD_CELL);
 }
 
-/* A vertex at p that is in the table already, looked for in every cell that p's surroundings touch;
- * UINT32_MAX when there is none. */
+/* A vertex at p that is in the table, searched for in every cell within WELD_DISTANCE of p; UINT32_MAX: there
+ * is none. */
 static uint32_t vertex_near(const struct table *table, struct vec3 p)
 {
     const double d = WELD_DISTANCE;
@@ -243,7 +243,7 @@ static void divide(struct mesh *mesh, size_t i, const uint32_t *middle)
     int first = 0, count = 0;
     for (int k = 0; k < 3; k++)
         count += middle[k] != UINT32_MAX;
-    /* turned so that one middle is on edge 0, two on edges 0 and 1 */
+    /* the triangle is rotated so that a single middle is on edge 0, and two are on edges 0 and 1 */
     while (first < 2 &&
            (middle[first] == UINT32_MAX || (count == 2 && middle[(first + 1) % 3] == UINT32_MAX)))
         first++;
@@ -264,7 +264,7 @@ static void divide(struct mesh *mesh, size_t i, const uint32_t *middle)
     }
 }
 
-/* Whether there was anything to halve. */
+/* Halves long edges once; returns whether there were any. */
 static bool refine_once(struct mesh *mesh, struct mesh_mark from, double longest)
 {
     size_t count = mesh->triangle_count;
@@ -325,8 +325,7 @@ static double corner_angle(const struct mesh *mesh, const struct mesh_triangle *
     return atan2(vec_length(vec_cross(a, b)), vec_dot(a, b));
 }
 
-/* One corner of the part: its triangle's direction, and that weighted by the angle of the corner.
- */
+/* Of a corner: the direction of its triangle, and the same weighted by the angle of the corner. */
 struct corner_direction {
     struct vec3 face, weighted;
 };
@@ -338,7 +337,7 @@ static struct vec3 smooth_normal(const struct corner_direction *direction, const
     for (size_t i = 0; i < count; i++)
         if (vec_dot(direction[corner[i]].face, face) >= least_cosine)
             sum = vec_add(sum, direction[corner[i]].weighted);
-    /* faces folded back on each other may cancel */
+    /* directions of faces that are folded back on each other may cancel */
     if (vec_length(sum) < 1e-9) sum = vec_is_zero(face) ? vec3(0, 1, 0) : face;
     return vec_normalize(sum);
 }

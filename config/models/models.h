@@ -1,5 +1,5 @@
-/* The models that the sample scenes use. Each function writes its OBJ files into an existing
- * folder; what went wrong is said on stderr. */
+/* The models that the sample scenes use. Each function writes its OBJ files into an existing folder, and reports errors
+ * on stderr. */
 #ifndef FARM_CONFIG_MODELS_MODELS_H
 #define FARM_CONFIG_MODELS_MODELS_H
 

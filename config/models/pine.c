@@ -1,6 +1,6 @@
 /*
- * The pine: a black pine as a garden keeps it (niwaki), a sinuous trunk and bare limbs that end in
- * flat clouds of needles. The lowest limb reaches far out over the water.
+ * The pine: a black pine trained as a garden tree (niwaki), with a sinuous trunk and bare limbs that end in flat clouds
+ * of needles. The lowest limb reaches far out over the water.
  */
 #include "config/models/garden.h"
 #include "config/models/scatter.h"
@@ -17,7 +17,7 @@ static const struct cloud {
     double leaves;
     struct vec3 bend, center;
     struct vec3 radii;
-    double thick; /* radius of the limb where it leaves, metres */
+    double thick; /* radius of the limb where it leaves the trunk, metres */
 } clouds[] = {
     {0.98, {2.10, 3.80, -2.05}, {2.05, 3.98, -2.05}, {0.72, 0.30, 0.60}, 0.035},
     {0.80, {2.75, 3.18, -2.20}, {3.05, 3.42, -2.35}, {0.62, 0.26, 0.55}, 0.045},
@@ -43,7 +43,7 @@ static const struct cloud long_clouds[] = {
 
 static const char *const greens[] = {"pine_0", "pine_1", "pine_2", "pine_3"};
 
-/* A bundle of needles. light: 0 the shade below a cloud .. 1 its sunlit top. */
+/* Adds a bundle of needles. light: from 0 (the shade below a cloud) to 1 (its sunlit top). */
 static void add_tuft(struct mesh *mesh, struct dice *dice, struct vec3 base, struct vec3 axis,
                      double light)
 {
@@ -56,7 +56,7 @@ static void add_tuft(struct mesh *mesh, struct dice *dice, struct vec3 base, str
     }
 }
 
-/* A cloud's tufts sit on an ellipsoid's upper half and a little beneath its rim. */
+/* Adds a cloud's tufts, on the upper half of an ellipsoid and a little below its rim. */
 static void add_tufts(struct mesh *mesh, struct dice *dice, const struct cloud *cloud)
 {
     double area = cloud->radii.x * cloud->radii.z;
@@ -65,7 +65,7 @@ static void add_tufts(struct mesh *mesh, struct dice *dice, const struct cloud *
     for (int i = 0; i < count; i++) {
         struct vec3 d = dice_direction(dice);
         if (d.y < -0.15) d.y = -d.y;
-        /* Lobes: a cloud is many small tufts of twigs, not a ball. */
+        /* Lobes, as a cloud consists of many small tufts of twigs. */
         double lobe = 0.86 + 0.24 * noise(vec3(d.x * 2.2, d.y * 2.2, d.z * 2.2), seed);
         lobe *= dice_between(dice, 0.82, 1);
         struct vec3 p = vec3(d.x * cloud->radii.x * lobe, d.y * cloud->radii.y * lobe,
@@ -108,7 +108,7 @@ static void add_cloud(struct mesh *mesh, struct dice *dice, const struct cloud *
     add_tufts(mesh, dice, cloud);
 }
 
-/* Plates of bark: deep between, and drawn out along the limb. */
+/* Displaces a point for plates of bark, which are elongated along the limb, with deep gaps between them. */
 static struct vec3 bark_point(const void *context, struct vec3 p)
 {
     (void)context;

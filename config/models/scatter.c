@@ -56,7 +56,7 @@ struct vec3 curve_at(const struct vec3 *points, size_t count, double t)
     size_t i = s >= (double)(count - 1) ? count - 2 : (size_t)s;
     double f = s - (double)i;
     struct vec3 b = points[i], c = points[i + 1];
-    /* Beyond the ends the curve goes on as it arrives. */
+    /* The points beyond the ends are extrapolated linearly. */
     struct vec3 a = i > 0 ? points[i - 1] : vec_sub(vec_scale(b, 2), c);
     struct vec3 d = i + 2 < count ? points[i + 2] : vec_sub(vec_scale(c, 2), b);
     struct vec3 sum = vec_scale(a, -f * (1 - f) * (1 - f) / 2);

@@ -1,4 +1,4 @@
-/* Chance, directions and limbs, as all that grows in the garden needs them. */
+/* Random numbers and directions, curves, limbs, needles and leaves for the plants of the garden. */
 #ifndef FARM_CONFIG_MODELS_SCATTER_H
 #define FARM_CONFIG_MODELS_SCATTER_H
 
@@ -6,18 +6,18 @@
 
 #define PI 3.14159265358979323846
 
-/* A stream of chances that is the same on every run. */
+/* A stream of pseudorandom numbers that is the same on every run. */
 struct dice {
     uint32_t seed, next;
 };
 
-/* low <= x < high */
+/* A number low <= x < high. */
 double dice_between(struct dice *dice, double low, double high);
 
-/* 0 .. count - 1 */
+/* A whole number from 0 to count - 1. */
 uint32_t dice_pick(struct dice *dice, uint32_t count);
 
-/* A unit vector, evenly over the sphere. */
+/* A unit vector, uniformly distributed over the sphere. */
 struct vec3 dice_direction(struct dice *dice);
 
 /* A unit vector at most degrees away from the unit vector axis. */
@@ -26,7 +26,7 @@ struct vec3 dice_cone(struct dice *dice, struct vec3 axis, double degrees);
 /* Two unit vectors that make a right-handed frame with the unit vector axis. */
 void frame_about(struct vec3 axis, struct vec3 *right, struct vec3 *up);
 
-/* 0 at and below low, 1 at and above high, smooth between. */
+/* 0 for x <= low, 1 for x >= high, smooth in between. */
 double ramp(double low, double high, double x);
 
 struct vec3 vec_mix(struct vec3 a, struct vec3 b, double t);

@@ -6,7 +6,7 @@
 
 #define CUTS 9
 
-/* A boulder is a ball that planes have cut: point . direction <= distance. */
+/* A boulder is a ball cut by planes: its points have point . direction <= distance. */
 struct cuts {
     struct vec3 center;
     struct vec3 direction[CUTS];
@@ -27,14 +27,14 @@ static struct vec3 cut_point(const void *context, struct vec3 p)
 struct rock {
     double x, z;
     struct vec3 radii;
-    double sink; /* of its height, below the ground: 0 .. 1 */
+    double sink; /* share of its height that is below the ground: 0 .. 1 */
     size_t detail;
 };
 
 struct stone_paint {
     uint32_t stone, dark, moss;
     double mossy; /* 0 bare .. 1 overgrown */
-    double base;  /* height up to which it is wet and dark */
+    double base;  /* height below which it is wet and dark */
 };
 
 static uint32_t paint_stone(const void *context, struct vec3 p, struct vec3 normal)
@@ -86,7 +86,7 @@ static void add_rock(struct mesh *mesh, struct dice *dice, const struct rock *ro
     mesh_smooth(mesh, part, 50);
 }
 
-/* The stones that were set by hand: about the islet, the pine, the bridge and the near bank. */
+/* Stones placed individually: around the islet, the pine, the bridge and the near bank. */
 static const struct rock set_rocks[] = {
     {-3.05, 0.45, {0.34, 0.30, 0.28}, 0.35, 12}, {-2.75, 0.85, {0.26, 0.17, 0.22}, 0.35, 10},
     {-1.75, 0.72, {0.36, 0.26, 0.26}, 0.35, 12}, {-1.50, 0.15, {0.26, 0.34, 0.24}, 0.30, 12},
@@ -102,7 +102,7 @@ static const struct rock set_rocks[] = {
     {2.5, -5.7, {0.5, 0.66, 0.45}, 0.30, 12},    {3.1, -5.3, {0.42, 0.36, 0.4}, 0.30, 10},
 };
 
-/* Small rocks wherever the shore comes by. */
+/* Adds small rocks along the shore. */
 static void add_shore_rocks(struct mesh *mesh, struct dice *dice)
 {
     for (int i = 0; i < 900; i++) {
@@ -125,7 +125,7 @@ static void add_stepping_stones(struct mesh *mesh, struct dice *dice)
         double rx = dice_between(dice, 0.27, 0.36), rz = dice_between(dice, 0.24, 0.32);
         uint32_t seed = dice_pick(dice, 1000);
         mesh_use(mesh, "stone_1");
-        /* A tall ellipsoid whose head is cut off: its foot stands on the bed. */
+        /* A tall ellipsoid whose top is cut off, and whose foot stands on the bed. */
         mesh_ball(mesh, vec3(0, 0, 0), vec3(rx, 0.6, rz), 16);
         struct cuts cuts = {.center = vec3(0, 0, 0)};
         for (size_t k = 0; k < CUTS; k++) {
@@ -176,7 +176,7 @@ static void add_shingle(struct mesh *mesh, struct dice *dice)
     }
 }
 
-/* Where the water is clear and near enough to see the bed; and along its edge. */
+/* Adds pebbles where the bed is visible, as the water is clear and near, and along the water's edge. */
 void add_pebbles(struct mesh *mesh)
 {
     struct dice dice = {650, 0};

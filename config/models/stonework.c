@@ -89,7 +89,7 @@ struct vec3 petals_carve(const void *context, struct vec3 p)
     if (radius < petals->inner || v < 0 || v > 1) return p;
     double turn = atan2(p.z, p.x) / (2 * PI) * petals->count;
     double front = petal_height(2 * (turn - floor(turn + 0.5)), v);
-    /* the tips of a second row look out between those of the first */
+    /* the tips of a second row are visible between those of the first */
     double behind = 0.55 * petal_height(2 * (turn + 0.5 - floor(turn + 1)), v);
     double height = petals->relief * fmax(front, behind);
     double out = 1 + height * petals->direction.x / radius;
@@ -103,7 +103,7 @@ struct palette {
     const struct stone *stone;
 };
 
-/* Granite is a mixture of grains; moss grows in patches where rain stays. */
+/* The material at a point: granite is a mixture of grains; moss grows in patches where rain stays. */
 static uint32_t grain_material(const void *context, struct vec3 p, struct vec3 normal)
 {
     const struct palette *palette = context;

@@ -1,6 +1,6 @@
 /*
- * What a mason does, in mesh terms: profiles that are turned or cut, lotus petals that are carved
- * into them, and the surface of the finished stone.
+ * Shapes of carved stone: profiles that become solids of revolution or hexagonal solids, lotus petals carved into them,
+ * and the finish of the surface.
  */
 #ifndef FARM_CONFIG_MODELS_STONEWORK_H
 #define FARM_CONFIG_MODELS_STONEWORK_H
@@ -8,13 +8,13 @@
 #include "config/models/mesh.h"
 
 #define STONEWORK_POINTS 512 /* of a profile or an outline, at most */
-#define STONEWORK_SIDES  6   /* of what is cut to a hexagon */
+#define STONEWORK_SIDES  6   /* of hexagonal solids */
 
 /* A polyline of (radius, height) from the bottom upwards. */
 struct profile {
     struct point2 points[STONEWORK_POINTS];
     size_t count;
-    double step; /* pieces are at most this long */
+    double step; /* the greatest length of a segment */
 };
 
 void profile_start(struct profile *profile, double radius, double height, double step);
@@ -38,13 +38,13 @@ size_t hexagon_outline(struct point2 *outline, double rounding, size_t side_poin
 /* A ring of lotus petals on a solid of revolution. */
 struct petals {
     double root, tip;      /* heights where the petals begin and end */
-    double inner;          /* only what is further than this from the axis is carved */
+    double inner;          /* only points farther than this from the axis are carved */
     double count;          /* petals round the axis */
-    double relief;         /* how far they stand out */
-    struct vec3 direction; /* of that, in the (radial, up) plane: x, y */
+    double relief;         /* how far the petals stand out */
+    struct vec3 direction; /* in which they stand out: x is radial, y is up */
 };
 
-/* A mesh_move: carves struct petals, its context. */
+/* A mesh_move that carves petals; context: struct petals. */
 struct vec3 petals_carve(const void *context, struct vec3 p);
 
 struct stone {
@@ -52,8 +52,8 @@ struct stone {
     uint32_t seed;
 };
 
-/* Makes a part stone: welded, roughened, smooth up to crease degrees, of granite, granite_light,
- * granite_dark and moss. */
+/* Finishes a part as stone: welds it, roughens it, smooths it up to crease degrees, and paints it with granite,
+ * granite_light, granite_dark and moss. */
 void stone_finish(struct mesh *mesh, struct mesh_mark from, const struct stone *stone,
                   double crease);
 

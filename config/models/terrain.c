@@ -58,7 +58,7 @@ double ground_height(double x, double z)
     double rise = 0.2 * (1 - exp(-d / 0.3));
     double swell = mound_height(x, z) + 0.1 * noise_fractal(vec_scale(p, 0.35), 3, 22);
     double moss = 0.014 * noise(vec_scale(p, 6), 23) + 0.008 * noise(vec_scale(p, 15), 24);
-    /* Behind the garden the land rises a little, so that the hills do not stand in a hole. */
+    /* Behind the garden the land rises a little towards the hills. */
     double valley = 0.035 * fmax(0, -8 - z);
     return rise + (swell + moss) * ramp(0, 1.6, d) + moss * ramp(0, 0.2, d) + valley;
 }
@@ -68,7 +68,7 @@ struct vec3 ground_point(double x, double z, double up)
     return vec3(x, ground_height(x, z) + up, z);
 }
 
-/* Cells of 6 cm where the viewer is, growing to a metre towards the far edge. */
+/* A point of the ground's grid, whose cells are 6 cm wide near the viewer and grow to a metre at the far edge. */
 static struct vec3 ground_surface(const void *context, double u, double v)
 {
     (void)context;
@@ -92,7 +92,7 @@ static uint32_t paint_ground(const void *context, struct vec3 p, struct vec3 nor
             0.5 + 0.5 * noise_fractal(vec3(p.x * 1.3, 0, p.z * 1.3), 3, 32) + 0.3 * (grain - 0.5);
         return paint->bed[patch < 0.42 ? 0 : patch < 0.62 ? 1 : 2];
     }
-    /* A frayed edge, or the grid would show. */
+    /* A frayed edge, as the grid would be visible otherwise. */
     double fray = chance(34, (uint32_t)(int)(p.x * 1000) ^ (uint32_t)(int)(p.z * 1000) << 12);
     if (p.y < 0.025 + 0.03 * grain + 0.05 * fray) return paint->shore;
     double patch =
@@ -133,8 +133,8 @@ static struct vec3 ridge_surface(const void *context, double u, double v)
     return vec3(x, v * crest, ridge->z - v * crest * 0.8 + fold * (1 - v));
 }
 
-/* Bands of mist before the hills, as painters lay them: flat ellipses of six sizes, one before the
- * other, so that a band is thickest in its middle. */
+/* Adds bands of mist in front of the hills. Each consists of flat ellipses of six sizes, one in front of the other, so
+ * that it is thickest in its middle. */
 static void add_mist(struct mesh *mesh)
 {
     enum { POINTS = 64, LAYERS = 6 };

@@ -1,4 +1,4 @@
-/* Crowns and bushes: a maple, clipped azaleas, the wood behind the garden. */
+/* Trees and bushes: a maple, clipped azaleas, and the wood behind the garden. */
 #include "config/models/garden.h"
 #include "config/models/scatter.h"
 
@@ -12,7 +12,7 @@ struct dome {
     double size; /* of a leaf, metres */
 };
 
-/* The name of a leaf's colour: bright where the dome looks up. */
+/* The material of a leaf; it is brighter where the dome faces up. */
 static const char *leaf_colour(struct dice *dice, const char *const names[4], double light)
 {
     double shade = fmin(3.99, fmax(0, 4 * light + dice_between(dice, -1.2, 1.2)));
@@ -140,7 +140,7 @@ static void add_round_tree(struct mesh *mesh, struct dice *dice, struct vec3 foo
 
 void add_forest(struct mesh *mesh)
 {
-    /* The farther, the more the haze lightens. */
+    /* Haze makes farther trees lighter. */
     static const char *const woods[][4] = {{"wood_0", "wood_0", "wood_1", "wood_1"},
                                            {"wood_2", "wood_2", "wood_3", "wood_3"},
                                            {"wood_4", "wood_4", "wood_5", "wood_5"}};
@@ -151,7 +151,7 @@ void add_forest(struct mesh *mesh)
         double height = dice_between(&dice, 1.8, 3.6) * (z < -20 ? 1.25 : 1);
         bool cedar = dice_pick(&dice, 3) == 0;
         const char *const *greens = woods[z > -18 ? 0 : z > -25 ? 1 : 2];
-        /* A gap in the wood where the moon rises. */
+        /* The wood has a gap where the moon rises. */
         if (fabs(x / (9 - z) + 0.08) < 0.1 && z > -26) continue;
         mesh_use(mesh, greens[0]);
         if (cedar)

@@ -1,7 +1,6 @@
 /*
- * The surface of the pond: a sheet with ripples. It runs a little into the bank, so that there is
- * no gap along the shore; below it is the opaque bed, so a ray that is refracted in never comes out
- * without meeting the sheet from below.
+ * The surface of the pond: a sheet with ripples. It extends a little into the bank, so that there is no gap along the
+ * shore. The opaque bed is below it, so a ray that is refracted into the water can leave it only through the sheet.
  */
 #include "config/models/garden.h"
 #include "config/models/scatter.h"
@@ -9,9 +8,9 @@
 #define COLUMNS 250
 #define ROWS    270
 
-/* The equation of the picture has no Fresnel term: reflection and transmission are constants of a
- * material. So the sheet has a material for every band of distance from the viewer, water_0 at his
- * feet (clear) to water_9 (a mirror): the share that a flat pond reflects towards him. */
+/* The shading model has no Fresnel term: reflection and transmission are constants of a material. So the sheet has one
+ * material for each band of distance from the viewer, from water_0 at their feet (clear) to water_9 (a mirror), with
+ * the reflectance that a flat pond has at that distance. */
 #define BANDS 10
 
 static const double left = -9.0, right = 6.5, near = 7.4, far = -7.0;
@@ -21,13 +20,13 @@ struct wave {
     double height, phase;
 };
 
-/* Short waves lie far apart in direction: a breath of wind, not a swell. */
+/* The directions of short waves differ widely, as in a light wind; there is no swell. */
 static const struct wave waves[] = {
     {2.1, 7.4, 0.0021, 0.4},   {-3.4, 9.6, 0.0015, 2.1}, {6.1, 11.2, 0.0009, 4.0},
     {-7.9, 14.5, 0.0006, 1.0}, {1.2, 18.0, 0.0004, 5.2}, {10.0, -3.0, 0.0006, 3.3},
 };
 
-/* Rings where something has touched the water: (x, z), radius reached, height. */
+/* Rings where something has touched the water: (x, z) of the centre, outer radius, height. */
 static const struct ring {
     double x, z, radius, height;
 } rings[] = {{0.75, 2.75, 0.75, 0.009}, {-0.6, 0.3, 0.5, 0.006}, {1.2, 0.1, 0.42, 0.005}};
@@ -55,7 +54,7 @@ static struct vec3 sheet_point(size_t column, size_t row)
     return vec3(x, ripple(x, z), z);
 }
 
-/* Whether the water's edge or the pond itself reaches the cell. */
+/* Whether the cell contains the water's edge or a part of the pond. */
 static bool is_wet(size_t column, size_t row)
 {
     struct vec3 a = sheet_point(column, row), b = sheet_point(column + 1, row + 1);
@@ -71,7 +70,7 @@ static unsigned band_at(struct vec3 p)
 
 #define NOT_MADE UINT32_MAX
 
-/* The vertices along one row of cells: their indices, made when a cell first needs them. */
+/* The indices of the vertices along a row of cells; a vertex is added when a cell first needs it. */
 struct row {
     size_t number;
     uint32_t vertex[COLUMNS + 1];

@@ -6,7 +6,7 @@
 
 /* ---- irises ---- */
 
-/* A sword-shaped leaf: from the ground, up, and over towards lean. */
+/* A sword-shaped leaf that grows up from the ground and bends over towards `lean`. */
 struct blade {
     struct vec3 foot, lean;
     double height, width, bow;
@@ -41,7 +41,7 @@ static struct blade random_blade(struct dice *dice, struct vec3 foot, double hei
                           height * dice_between(dice, 0.08, 0.4)};
 }
 
-/* A petal: a spoon that arches out and down. */
+/* A spoon-shaped petal that arches outward and down. */
 struct petal {
     struct vec3 center, out;
     double length, rise;
@@ -71,7 +71,7 @@ static void add_iris(struct mesh *mesh, struct dice *dice, struct vec3 foot)
     double turn = dice_between(dice, 0, 2 * PI);
     for (int i = 0; i < 6; i++) {
         double angle = turn + 2 * PI * i / 6;
-        bool standard = i % 2 == 1; /* three petals stand, three fall */
+        bool standard = i % 2 == 1; /* three petals stand up, three hang down */
         struct petal petal = {top, vec3(cos(angle), 0, sin(angle)), standard ? 0.045 : 0.095,
                               standard ? 0.075 : 0.03};
         mesh_use(mesh, standard ? "iris_1" : "iris_0");
