@@ -47,7 +47,7 @@ static struct hit nearest_hit(ref r, const struct ray *ray)
     return hit;
 }
 
-/* The light's colour times what the surfaces in 0 < t < 1 let through. */
+/* The light's colour, multiplied by the transmittances of all surfaces in 0 < t < 1. */
 static struct point light_through(ref r, const struct ray *ray, struct vec3 color)
 {
     struct point light = point_of(r, color);
@@ -76,7 +76,7 @@ static struct point light_through(ref r, const struct ray *ray, struct vec3 colo
     return light;
 }
 
-/* Surfaces in 0 < t < 1. */
+/* The number of surfaces in 0 < t < 1. */
 static uint64_t crossings_of(ref r, const struct ray *ray)
 {
     uint64_t crossings = 0;
@@ -131,7 +131,7 @@ static struct point face_normal(ref r, uint32_t face)
     return point_of(r, vec3(axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0));
 }
 
-/* Outward, or to the front; any length. */
+/* The normal, of any length: outward on a solid, to the front on others. */
 static struct point outward(ref r, const struct hit *hit, struct point p)
 {
     const struct scene *scene = r->scene;
@@ -167,7 +167,8 @@ static struct point interpolated(ref r, const struct hit *hit, struct point geom
     return sign(dot(r, sum, sum)) == 0 ? geometric : unit(r, sum);
 }
 
-/* The largest number that the point is made of: of the better one of o + t d and the primitive. */
+/* The magnitude of the largest number from which the point is computed, by the more accurate of two ways: o + t d, or
+ * from the primitive. */
 static double point_magnitude(ref r, const struct ray *ray, const struct hit *hit)
 {
     double t = fabs(mpfr_get_d(hit->t, MPFR_RNDN));
@@ -291,11 +292,11 @@ static void add_lights(ref r, const struct surface *at, struct point view, const
 /* ---- media ---- */
 
 struct medium {
-    uint32_t solid; /* PRIMITIVE_NONE: known by its index alone */
+    uint32_t solid; /* PRIMITIVE_NONE: identified by its index of refraction alone */
     double ior;
 };
 
-/* From the outermost to the one entered last. */
+/* A stack of media, from the outermost to the one entered last. */
 struct media {
     unsigned count;
     struct medium in[REFERENCE_MAX_DEPTH];

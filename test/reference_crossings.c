@@ -16,7 +16,7 @@ static void cross_at(struct crossings *found, real t, uint32_t part)
     found->at[found->count++] = (struct crossing){t, NULL, NULL, part};
 }
 
-/* The root of a surface on which the ray starts is the one nearer to 0. */
+/* Drops the root at the ray's start, for a surface that it starts on: the one nearer to 0. */
 static void drop_own_root(struct crossings *found)
 {
     if (found->count == 0) return;
@@ -66,7 +66,7 @@ static void cross_disc(ref r, const struct disc *disc, const struct ray *ray,
     if (compare(dot(r, p, p), mul(r, radius, radius)) <= 0) cross_at(found, t, 0);
 }
 
-/* Cramer's rule; all edges belong to the triangle. */
+/* By Cramer's rule. All edges belong to the triangle. */
 static void cross_triangle(ref r, struct point a, struct point b, struct point c,
                            const struct ray *ray, struct crossings *found)
 {

@@ -1,7 +1,7 @@
 /*
- * Ranks that seem to be in containers of their own on one machine; loaded in front of the C library (LD_PRELOAD).
- * SEVERAL_NODES: how many of them, dealt to the ranks in turn. SEVERAL_NODES_NOTE: a file that gets a letter for each
- * time that a rank opens memory which another one shares. SEVERAL_NODES_REFUSED: a rank that is not allowed to.
+ * A library for LD_PRELOAD that makes the ranks of one machine appear to be in several containers. SEVERAL_NODES: the
+ * number of containers, to which ranks are assigned in turn. SEVERAL_NODES_NOTE: a file to which a letter is appended
+ * each time a rank opens memory of another one. SEVERAL_NODES_REFUSED: a rank that is not allowed to open any.
  */
 #include <errno.h>
 #include <stdio.h>
@@ -22,7 +22,7 @@ int stat(const char *restrict path, struct stat *restrict status)
     return result;
 }
 
-/* Leaves a letter in the note; false: this rank is not allowed to. */
+/* Appends a letter to the note; false: this rank is not allowed to open segments. */
 static bool may_open_segment(void)
 {
     const char *note = getenv("SEVERAL_NODES_NOTE"), *rank = getenv("PMI_RANK");

@@ -1,4 +1,4 @@
-/* The agenda against a plain search through all keys. */
+/* Tests the agenda against a linear search through all keys. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,14 +11,14 @@
 
 #define IDS 150
 
-/* Numbers in no order (D. Knuth, TAOCP 2, 3.3.4). */
+/* Pseudorandom numbers (D. Knuth, TAOCP 2, 3.3.4). */
 static uint32_t draw(uint32_t *state, uint32_t below)
 {
     *state = *state * 1664525 + 1013904223;
     return (uint32_t)(((uint64_t)*state * below) >> 32);
 }
 
-/* What ought to be first: the highest key, of equal ones the lowest id; key < 0: not in. */
+/* The id that must be first: that of the highest key, of equal keys the lowest id. key < 0: the id is not in. */
 static uint32_t first_of(const double *keys)
 {
     uint32_t first = AGENDA_NONE;
@@ -27,7 +27,7 @@ static uint32_t first_of(const double *keys)
     return first;
 }
 
-/* Few keys, so that many are equal, some of which are close together. */
+/* One of a few keys, some of which are close together, so that many ids have equal keys. */
 static double draw_key(uint32_t *random)
 {
     return draw(random, 2) ? draw(random, 30) : 7 + 1e-3 * draw(random, 30);
@@ -85,7 +85,7 @@ static void test_any_order(void **state)
     agenda_free(&agenda);
 }
 
-/* -0 is no key below 0: its place is that of 0, and the number decides. */
+/* -0 counts as 0, not as a key below 0, so that the lower id is first. */
 static void test_zeros(void **state)
 {
     (void)state;

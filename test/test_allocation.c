@@ -1,4 +1,4 @@
-/* Which pixels are worth more samples: the rule of master/adaptive.h, pixel by pixel and for all together. */
+/* Tests the allocation of samples: the rule of master/adaptive.h for single pixels, and sums over all. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,7 +15,7 @@ static bool is_about(double value, double wanted)
     return fabs(value - wanted) <= 1e-12 * wanted;
 }
 
-/* e / cost goes down by 2^5/2 with each doubling; what is at the limit is left alone. */
+/* Each doubling divides e / cost by 2^5/2. A pixel whose gain is at the limit gets no more samples. */
 static void test_doublings(void **state)
 {
     (void)state;
@@ -47,7 +47,7 @@ static void test_outcome(void **state)
     allocation_destroy(allocation);
 }
 
-/* The limit for a goal leaves no more than that; the next one would. */
+/* The limit for a goal leaves at most the goal, and the next higher limit leaves more. */
 static void test_limit(void **state)
 {
     (void)state;
@@ -59,7 +59,7 @@ static void test_limit(void **state)
         double goal = share * most, limit = allocation_limit(allocation, goal);
         double left = allocation_under(allocation, limit).left;
         assert_true(left <= goal && allocation_under(allocation, 1.126 * limit).left > goal);
-        /* What can be reached exactly is. */
+        /* A goal that can be reached exactly is reached exactly. */
         assert_true(allocation_under(allocation, allocation_limit(allocation, left)).left == left);
     }
     assert_true(allocation_limit(allocation, least) > 0);
@@ -67,7 +67,7 @@ static void test_limit(void **state)
     allocation_destroy(allocation);
 }
 
-/* The limit within an effort takes no more than that; the next lower one would. */
+/* The limit within an effort takes at most that effort, and the next lower limit takes more. */
 static void test_limit_within(void **state)
 {
     (void)state;
@@ -115,7 +115,7 @@ static void test_extremes(void **state)
     allocation_destroy(allocation);
 }
 
-/* Two halves joined are the whole. */
+/* Two allocations with half of the pixels each, joined, equal one with all pixels. */
 static void test_join(void **state)
 {
     (void)state;
@@ -154,7 +154,7 @@ static void test_alike(void **state)
     }
 }
 
-/* In units of 2^k all is the same, bit for bit. */
+/* If all errors are scaled by 2^k, the results are the same, bit for bit. */
 static void test_brightness(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* A bell wakes who sleeps, whoever rings it. */
+/* Tests of bells: one wakes a sleeping thread, whichever thread or process rings it. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +13,8 @@
 #include "common/bell.h"
 #include "common/clock.h"
 
-/* Seconds: what a wait that is to end at once may take on a busy machine, and one that is not to. */
+/* Seconds: the most that a wait that must end at once may take on a busy machine; the limit of waits that are to be
+ * ended by the bell. */
 #define AT_ONCE   0.5
 #define LONG_WAIT 20
 
@@ -32,7 +33,7 @@ static void test_rung_before(void **state)
     bell_ring(&bell);
     bell_ring(&bell);
     assert_true(time_of_wait(&bell, LONG_WAIT) < AT_ONCE);
-    /* Twice before it was heard is once. */
+    /* Two rings before a wait count as one. */
     assert_true(time_of_wait(&bell, 0.02) >= 0.02);
     bell_ring(&bell);
     assert_true(time_of_wait(&bell, LONG_WAIT) < AT_ONCE);
@@ -40,15 +41,15 @@ static void test_rung_before(void **state)
     bell_free(&bell);
 }
 
-/* A rally: whoever is rung for rings back. */
+/* Two threads that ring for each other in turn. */
 #define TURNS 1000
 
 struct rally {
     struct bell here, there;
-    unsigned turns; /* unprotected: the bells order what both do */
+    unsigned turns; /* without a lock: the bells synchronise the threads */
 };
 
-/* false: a call was lost. */
+/* false: a ring was lost. */
 
 static bool ring_back(struct rally *rally)
 {

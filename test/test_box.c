@@ -41,7 +41,7 @@ static void test_inside_behind_beside(void **state)
     assert_missed(ray_along(vec3(-1, 3, 0.5), vec3(1, 0.1, 0)));
 }
 
-/* Axis-aligned rays in a face, with zeros of both signs: closed, and never NaN. */
+/* Axis-aligned rays in a face, with zeros of both signs: the box is closed, and t is never NaN. */
 static void test_rays_in_faces(void **state)
 {
     (void)state;
@@ -82,7 +82,7 @@ static void test_leaving(void **state)
     assert_int_equal(count_ahead(&found), 0);
 }
 
-/* The origin may have been rounded to either side of the face it is on. */
+/* The origin of a ray that leaves a face may have been rounded to either side of the face. */
 static void test_leaving_is_not_an_epsilon(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The builder: what it accepts and refuses, and the block that it makes. */
+/* Tests of the builder: what it accepts and refuses, and the block that it makes. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -36,7 +36,7 @@ static struct view some_view(void)
     return view;
 }
 
-/* One of everything, with a material that nobody uses in between. */
+/* A builder with one of everything, and an unused material among the used ones. */
 static struct builder *fill(void)
 {
     struct builder *b = builder_create();
@@ -100,7 +100,7 @@ static void add_needless(struct builder *b)
     assert_null(builder_add_triangle(b, &last));
 }
 
-/* Corners and normals without an owner and lights without light are left out on demand. */
+/* Unused vertices and normals, and black lights, are left out with VARIANT_AUTO. */
 static void test_what_nothing_needs_is_not_sent(void **state)
 {
     (void)state;
@@ -124,7 +124,7 @@ static void test_what_nothing_needs_is_not_sent(void **state)
     }
 }
 
-/* Where no surface shows light, no light is needed. */
+/* If no surface shows light, all lights are left out. */
 static void test_lights_that_no_surface_shows(void **state)
 {
     (void)state;
@@ -143,7 +143,7 @@ static void test_lights_that_no_surface_shows(void **state)
     builder_destroy(builder);
 }
 
-/* Directions among the subnormal numbers, where a length has few bits, and among the largest. */
+/* Directions of subnormal numbers, whose length has few bits, and of the largest numbers. */
 static void test_directions_of_any_length(void **state)
 {
     (void)state;

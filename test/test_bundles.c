@@ -1,5 +1,5 @@
-/* Bundles and packets are what rays are traced in that go much the same way: calls of nearest() and
- * occluded() for them pass through here (--wrap of the linker). */
+/* Tests that coherent rays are traced in bundles and packets: the linker's --wrap redirects the kernel's calls for
+ * these to this file, which counts them. */
 #include "scene_fixture.h"
 
 #include "worker/lanes.h"
@@ -43,7 +43,7 @@ static struct scene *sheet(void)
     return finish_scene(builder);
 }
 
-/* Onto a square of the sheet, in blocks of 8 x 4, as of pixels. */
+/* Rays towards a square of the sheet, in blocks of 8 x 4 like those of pixels. */
 static void look(struct vec3 eye, double x, double y, double size, struct ray rays[RAYS])
 {
     for (unsigned i = 0; i < RAYS; i++) {
@@ -99,14 +99,14 @@ static void test_mesh_from_an_eye(void **state)
     check_eye(vec3(3, 2, 6), -2.1, -1.2);
 }
 
-/* Across the middle of the picture some components change their sign. */
+/* In the middle of the picture some components of directions change their sign. */
 static void test_straight_ahead(void **state)
 {
     (void)state;
     check_eye(vec3(0, 0, 6), -0.35, -0.45);
 }
 
-/* Rays in all directions are better off on their own. */
+/* Rays in all directions are traced one by one. */
 static void test_rays_apart(void **state)
 {
     (void)state;
@@ -120,7 +120,7 @@ static void test_rays_apart(void **state)
     uint64_t exact = 0;
     nearest(scene, bvh, rays, RAYS, hits, &exact);
     assert_int_equal(taken, 0);
-    assert_true(refused < RAYS); /* it is not tried again and again */
+    assert_true(refused < RAYS); /* bundles are not tried again and again */
     taken = refused = 0;
     free(bvh);
     free(scene);

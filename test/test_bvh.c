@@ -12,7 +12,7 @@ struct piece {
     float min[3], max[3];
 };
 
-/* What a walk over a whole tree finds. */
+/* Totals over a whole tree. */
 struct survey {
     const struct scene *scene;
     const struct bvh *bvh;
@@ -22,11 +22,10 @@ struct survey {
     double tests; /* that a ray through the root's box expects: leaves' areas by that of the root */
     unsigned depth; /* of nodes */
     uint32_t largest_leaf;
-    struct piece *pieces; /* per entry of the leaves, in the order in which they are seen */
+    struct piece *pieces; /* one per entry of the leaves, in the order of traversal */
 };
 
-/* The corners of a leaf's triangles are where they are told to be, within half a unit and what
- * doubles are rounded by. */
+/* The rounded corners of a leaf's triangles are within half a unit, and the rounding of doubles, of the true ones. */
 static void check_corners(const struct survey *survey, const struct bvh_leaf *leaves,
                           uint32_t count, uint32_t triangles)
 {
@@ -108,7 +107,7 @@ static bool is_in_box(const struct piece *piece, const struct vec3 *point)
     return true;
 }
 
-/* Points of a triangle, its corners among them, are in the box of one of its pieces. */
+/* Points of a triangle, including its corners, must be in the box of one of its pieces. */
 static void check_covered(const struct survey *survey, const struct piece *pieces, size_t count)
 {
     uint64_t random = 18;
@@ -162,7 +161,7 @@ static void check_empty(const struct bvh_node *node, unsigned first)
     }
 }
 
-/* min and max are what the parent says about the node. */
+/* Checks a node and all below it. min, max: its box according to its parent. */
 static void check_node(struct survey *survey, uint32_t index, const float min[3],
                        const float max[3], unsigned depth)
 {
@@ -201,7 +200,7 @@ static void check_size(const struct bvh *bvh)
     assert_true(bvh->reach == reach && bvh->size == reach + center);
 }
 
-/* What is in a tree is in all boxes above it. */
+/* Checks that the primitives of a tree are in all boxes above them, and counts. */
 static struct survey survey_tree(const struct scene *scene, const struct bvh *bvh)
 {
     struct survey survey = {.scene = scene, .bvh = bvh};
@@ -218,7 +217,7 @@ static struct survey survey_tree(const struct scene *scene, const struct bvh *bv
     return survey;
 }
 
-/* The box of each of several trees holds what is in the tree. */
+/* Checks, for each of several trees, that its box contains its primitives. */
 static void check_boxes(const struct bvh *first)
 {
     const struct bvh *boxes = bvh_boxes(first);
@@ -246,7 +245,8 @@ static void check_boxes(const struct bvh *first)
     check_size(boxes);
 }
 
-/* Every bounded primitive is in a leaf of one of the trees; frees these and the scene. Returns what is in the first. */
+/* Checks that every bounded primitive is in a leaf of one of the trees. Frees trees and scene. Returns the totals of
+ * the first tree. */
 static struct survey check_tree(struct scene *scene)
 {
     struct bvh *bvh = build_tree(scene);
@@ -330,8 +330,8 @@ static void test_equal_centroids(void **state)
     assert_true(survey.depth <= 9);
 }
 
-/* Spheres of ever smaller size and distance, over the range of float: a node takes in a few octaves
- * at a time, and the tree would grow deeper than the cap. */
+/* Spheres of decreasing size and distance over the whole range of float. Each node separates only a few octaves, so
+ * that the tree would become deeper than the limit. */
 static void test_depth_cap(void **state)
 {
     (void)state;
@@ -346,7 +346,7 @@ static void test_depth_cap(void **state)
     assert_true(survey.depth >= BVH_MAX_DEPTH - 2);
 }
 
-/* Beyond the range of float, above and below. */
+/* Coordinates above and below the range of float. */
 static void test_extreme_coordinates(void **state)
 {
     (void)state;
@@ -418,7 +418,7 @@ static unsigned count_trees(struct scene *scene)
     return count;
 }
 
-/* What is too fine for floats where it stands has a tree with a centre in its midst. */
+/* A cluster that is too fine for floats at its place gets a tree of its own, whose centre is within it. */
 static void test_clusters_have_trees(void **state)
 {
     (void)state;
@@ -434,7 +434,7 @@ static void test_clusters_have_trees(void **state)
     assert_int_equal(near, 4);
     free(bvh);
     assert_int_equal(count_trees(scene), 5);
-    /* Too few; and specks that are far from each other. */
+    /* No trees for clusters of too few primitives, and for specks that are far from each other. */
     assert_int_equal(count_trees(clusters_on_ball(places, 4, 20)), 1);
     uint64_t random = 20;
     struct builder *builder = with_material();
@@ -443,7 +443,7 @@ static void test_clusters_have_trees(void **state)
     assert_int_equal(count_trees(finish_scene(builder)), 1);
 }
 
-/* More clusters than there are trees; nothing is lost. */
+/* More clusters than possible trees: no primitive is lost. */
 static void test_more_clusters_than_trees(void **state)
 {
     (void)state;
@@ -466,7 +466,7 @@ static struct builder *long_triangles(double transmission)
     return builder;
 }
 
-/* They are in the way of each other: the tree has more pieces than there are triangles. */
+/* Triangles that overlap are split: the tree has more pieces than triangles. */
 static void test_spatial_splits(void **state)
 {
     (void)state;
@@ -476,8 +476,8 @@ static void test_spatial_splits(void **state)
     assert_true(survey.largest_leaf > 8 && survey.largest_leaf <= 12);
 }
 
-/* So many that every part of the tree is built by several threads: bins of the first ranges, in which
- * the long triangles are cut, subtrees, and leaves. */
+/* A scene so large that several threads build every part of the tree: the bins of the first ranges, in which long
+ * triangles are split, subtrees, and leaves. */
 static void test_large_scene(void **state)
 {
     (void)state;
@@ -507,7 +507,7 @@ static struct survey survey_pipe(uint32_t facets, double scattered)
     return check_tree(finish_scene(builder));
 }
 
-/* Long thin triangles have nearly the same box, their pieces have not; so with others around them. */
+/* Long thin triangles have nearly the same box, but their pieces have not; also with other triangles around them. */
 static void test_slivers_are_cut(void **state)
 {
     (void)state;
@@ -515,7 +515,7 @@ static void test_slivers_are_cut(void **state)
     assert_true(survey_pipe(1000, 10).tests < 2000.0 / 16);
 }
 
-/* As far as there is room for pieces: a million. */
+/* A million slivers: they are split as long as there is room for pieces. */
 static void test_many_slivers(void **state)
 {
     (void)state;
@@ -546,7 +546,7 @@ static void test_few_slivers(void **state)
     assert_true(survey_pipe(7, 0).entries <= 14 + 14 / 4);
 }
 
-/* Rays that meet several pieces of a triangle count it once. */
+/* A ray that meets several pieces of a triangle crosses it once. */
 static void test_pieces_count_once(void **state)
 {
     (void)state;
@@ -572,7 +572,7 @@ static void test_pieces_count_once(void **state)
     free(scene);
 }
 
-/* A tree of this size around the origin, as the slabs see it. */
+/* A struct bvh of this size around the origin, with the fields that slabs need. */
 static struct bvh bvh_of_size(float size)
 {
     return (struct bvh){.reach = (double)size, .size = (double)size};
@@ -623,7 +623,7 @@ static void test_origin_in_a_slab_plane(void **state)
     }
 }
 
-/* 1 / d overflows: that axis decides nothing, the others still do. */
+/* If 1 / d overflows, that axis does not decide anything; the others still do. */
 static void test_tiny_direction(void **state)
 {
     (void)state;
@@ -643,7 +643,7 @@ static void test_tiny_direction(void **state)
     assert_int_equal(slabs_meet(&slabs, &tiny, 0x1p970, &entered), 1);
 }
 
-/* No axis decides: every box is met, and empty slots must not lead back to the root. */
+/* If no axis decides, every box counts as met, and empty slots must not lead back to the root. */
 static void test_only_tiny_directions(void **state)
 {
     (void)state;

@@ -9,7 +9,7 @@
 #include "common/message.h"
 #include "master/canvas.h"
 
-/* A colour that tells the pixel it belongs to. */
+/* A colour that identifies its pixel. */
 static void paint(float *rgb, uint32_t x, uint32_t y)
 {
     rgb[0] = (float)x;
@@ -34,7 +34,7 @@ static void put(struct canvas *canvas, struct tile tile)
     free(rgb);
 }
 
-/* Pixels painted so far; each must hold the colour of its own place, the others 0. */
+/* The number of pixels painted so far. Each must have its own colour, and the others 0. */
 static unsigned count_painted(const struct canvas *canvas)
 {
     unsigned painted = 0;

@@ -1,4 +1,4 @@
-/* The command to go on with: what a shell makes of it is what was given. */
+/* Tests the command that continues a run: a shell must split it into the original arguments. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* The end of a run: what of its figures comes into the report, and how. */
+/* Tests the end of a run: which of its figures are in the report, and how they are computed. */
 #include "test/scratch.h"
 
 #include <fcntl.h>
@@ -23,7 +23,7 @@ static void set_text(char **setting, const char *text)
 
 static const struct view adaptive_view = {.min_samples = 4, .max_samples = 64};
 
-/* A run of RENDERERS, beside the rank that hands out; freed by run_close(). */
+/* A run with RENDERERS renderers and a master that only serves. Freed by run_close(). */
 static struct run run_open(void)
 {
     const struct queue_config config = {
@@ -49,7 +49,7 @@ static void run_close(struct run *run)
     settings_free(&run->job.settings);
 }
 
-/* It is adaptive, and so many rows have their first samples, whose halves are equal. */
+/* Makes the run adaptive, with first samples, whose halves are equal, in this number of rows. */
 static void sample_rows(struct run *run, uint32_t rows)
 {
     const struct tile tile = {.w = EDGE, .h = rows, .step = 1};
@@ -65,7 +65,7 @@ static char *report_of(struct run *run, struct service *service)
 {
     struct renderer_stats stats[RENDERERS] = {0};
     service->stats = stats;
-    /* The table is not for the output of a test. */
+    /* The table must not appear in the output of the test. */
     int table = open("table", O_WRONLY | O_CREAT | O_TRUNC, 0600), out = dup(STDOUT_FILENO);
     fflush(stdout);
     dup2(table, STDOUT_FILENO);
@@ -105,7 +105,7 @@ static void test_means(void **state)
     run_close(&run);
 }
 
-/* Of a renderer alone there are no messages. */
+/* A single renderer sends no messages. */
 static void test_no_messages(void **state)
 {
     (void)state;
@@ -118,7 +118,7 @@ static void test_no_messages(void **state)
     run_close(&run);
 }
 
-/* Though the time was over, too: a longer one would not make the picture better. */
+/* If the target is met, it ends the run even if the time is over, too: more time would not improve the picture. */
 static void test_target_and_time(void **state)
 {
     (void)state;
@@ -181,7 +181,7 @@ static void test_pixels_without_samples(void **state)
     run_close(&run);
 }
 
-/* The trace is written, too: into a pipe, until somebody reads it. */
+/* The time of writing includes that of the trace, which is written to a pipe without a reader at first. */
 static void test_time_of_writing(void **state)
 {
     struct scratch *s = *state;

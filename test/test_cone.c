@@ -4,7 +4,7 @@
 
 static uint64_t exact; /* counts what the tests do not look at */
 
-/* The way in and the way out, and where they are: no finite distance is the farthest. */
+/* Asks for entry and exit at any distance. */
 static const struct purpose BOTH = {true, INFINITE};
 
 static const struct cone tube = {
@@ -112,7 +112,7 @@ static void test_cone_side(void **state)
                      CONE_SIDE);
 }
 
-/* Parallel to a generator: the quadratic term vanishes. */
+/* A ray parallel to a generator, for which the quadratic term vanishes. */
 static void test_cone_generator(void **state)
 {
     (void)state;
@@ -159,7 +159,8 @@ static void test_leaving(void **state)
     assert_int_equal(count_ahead(&found), 0);
 }
 
-/* Going down inside a hat from a point of its side: out through the base, never the other nappe. */
+/* A ray that goes down inside the cone from a point of its side leaves it through the base, and never hits the other
+ * nappe. */
 static void test_leaving_a_cone_downwards(void **state)
 {
     (void)state;
@@ -223,7 +224,7 @@ static void test_points_on_the_side(void **state)
     }
 }
 
-/* Through inner points, and exactly at rims: in and out come together. */
+/* Rays through inner points, and exactly through rims: each entry has an exit. */
 static void test_capped_is_closed(void **state)
 {
     (void)state;
@@ -257,7 +258,7 @@ static void test_distant_cylinder(void **state)
     }
 }
 
-/* Almost along the axis of a long thin cylinder. */
+/* A ray almost along the axis of a long thin cylinder. */
 static void test_small_angle(void **state)
 {
     (void)state;

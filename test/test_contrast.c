@@ -1,4 +1,4 @@
-/* Contrasts of rows, many pixels at once, against each pixel on its own. */
+/* Tests the contrasts of whole rows against the definition, one pixel at a time. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 #include "master/contrast.h"
 #include "test/random.h"
 
-/* Few colours, so that some neighbours are equally far; and some that are no colours. */
+/* One of a few values, so that some neighbours differ by the same amount; some are not finite. */
 static float component(uint64_t *state)
 {
     double at = random_between(state, 0, 1);
@@ -31,7 +31,7 @@ static double product(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* To the neighbours of pixel x, y that count. */
+/* The differences to those neighbours of pixel x, y that count. */
 static struct differences differences_of(const struct canvas *canvas, int64_t x, int64_t y)
 {
     struct differences all = {.count = 0};
@@ -108,7 +108,7 @@ static void check_canvas(uint32_t width, uint32_t height)
     canvas_free(&canvas);
 }
 
-/* Rows of less than a chunk, of some whole ones, and of a pixel more. */
+/* Rows of less than a chunk, of whole chunks, and of whole chunks and a pixel. */
 static void test_rows(void **state)
 {
     (void)state;

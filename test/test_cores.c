@@ -1,4 +1,4 @@
-/* Cores that are borrowed from other processes, and given back. */
+/* Tests of borrowing cores from other processes and returning them. */
 #include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 
 #include "common/cores.h"
 
-/* Cores that the machine may have: as the system does, it does not tell who has room for fewer. */
+/* The number of cores that the machine may have. Like the system, the fake call fails if the set is smaller. */
 static size_t possible;
 
 int sched_getaffinity(pid_t process, size_t bytes, cpu_set_t *cores)
@@ -32,7 +32,7 @@ static cpu_set_t allowed(void)
     return cores;
 }
 
-/* This process on one core, and the one that has started it, which has all that there are. */
+/* Borrows for this process, which may use one core, from its parent, which may use all. */
 static void check_borrow_and_return(size_t cores)
 {
     const int processes[] = {(int)getpid(), (int)getppid()};
@@ -77,7 +77,7 @@ static void test_many_cores(void **state)
     assert_true(CPU_COUNT(&small.cores) > 0 && CPU_EQUAL(&small.cores, &large.cores));
 }
 
-/* Of a process that is not there nothing is known. */
+/* The cores of a process that does not exist are unknown. */
 static void test_unknown_process(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Rays that meet edges and corners of several primitives to the last bit. */
+/* Tests of rays that exactly meet edges and corners of several primitives. */
 #include "scene_fixture.h"
 
 #include "worker/box.h"
@@ -8,7 +8,7 @@
 #define WALLS   6
 #define BOUNCES 20
 
-/* A cube of 2 sizes. */
+/* A cube whose edge is 2 sizes. */
 struct room {
     struct vec3 middle;
     double size;
@@ -83,7 +83,8 @@ static void free_room(struct room *room)
     free(room->scene);
 }
 
-/* From a place in the room, in quarters, to an edge, in eighths, or to a corner: all of it without rounding. */
+/* A ray from a point inside, on a grid of quarters, to a corner or to a point that divides an edge in eighths. Nothing
+ * is rounded. */
 static struct ray ray_to_corner(uint64_t *random, const struct room *room)
 {
     double from[3], to[3];
@@ -95,7 +96,7 @@ static struct ray ray_to_corner(uint64_t *random, const struct room *room)
     return ray_to(place_in(room, vec_of(from)), place_in(room, vec_of(to)));
 }
 
-/* As light does: to the point where it goes on from. */
+/* The surface at a hit, with the point from which secondary rays start. */
 static struct surface surface_met(const struct room *room, const struct ray *ray,
                                   const struct hit *hit)
 {
@@ -134,8 +135,8 @@ static void test_mirrors_keep_what_meets_their_edges(void **state)
     assert_true(in_corners > 200 * 50);
 }
 
-/* Three surfaces, one of which may be there twice, that meet in one point at angles of 45 degrees or more;
- * `normal` are to the inside. */
+/* Three surfaces that meet in one point at angles of 45 degrees or more; one of them may exist twice. normal: towards
+ * the inside. */
 static struct room make_corner(uint64_t *random, struct vec3 at, struct vec3 normal[3])
 {
     struct room room = {.middle = at, .size = 1};
@@ -169,7 +170,7 @@ static double depth_in(const struct room *room, const struct vec3 normal[3], str
     return depth;
 }
 
-/* From inside exactly to the corner, and back out of it, the way that mirrors throw it. */
+/* Rays from inside go exactly to the corner, and are reflected out of it by the mirrors. */
 static void test_corners_of_any_shape(void **state)
 {
     (void)state;
@@ -224,7 +225,7 @@ static void test_rims_keep_what_meets_them(void **state)
     }
 }
 
-/* Drawn in by no more than rounding asks for, and along the wall. */
+/* Points are moved along the wall, and by no more than rounding requires. */
 static void test_points_stay_where_they_are(void **state)
 {
     (void)state;
@@ -245,7 +246,7 @@ static void test_points_stay_where_they_are(void **state)
     }
 }
 
-/* Two panes, the gap between which is some bits wide: a ray through the first goes on to the second. */
+/* Two panes with a gap of a few ulps: a ray through the first one hits the second one. */
 static void test_no_corner_between_panes(void **state)
 {
     (void)state;
@@ -271,7 +272,8 @@ static void test_no_corner_between_panes(void **state)
     free_room(&room);
 }
 
-/* More walls than are looked at lean around one point: of a pyramid with 24 sides, seen from its axis. */
+/* More surfaces than are taken into account meet in one point: the tip of a pyramid with 24 sides, seen from
+ * its axis. */
 static void test_a_crowd_in_one_point(void **state)
 {
     (void)state;
@@ -293,7 +295,8 @@ static void test_a_crowd_in_one_point(void **state)
     free_room(&room);
 }
 
-/* A heap of grains, some of which are smaller than the way that leads out of a corner: half balls, half boxes. */
+/* A heap of small balls and boxes, some of which are smaller than the distance by which a point is moved out of a
+ * corner. */
 static struct room make_heap(uint64_t *random)
 {
     struct builder *builder = builder_create();
@@ -313,7 +316,7 @@ static struct room make_heap(uint64_t *random)
     return room;
 }
 
-/* How far a point is out of a box, along the axis along which that is most; 0 inside. */
+/* The largest distance, over the axes, of a point from a box; 0 inside. */
 static double way_to_box(struct vec3 point, struct bounds bounds)
 {
     double way = 0;
@@ -324,7 +327,7 @@ static double way_to_box(struct vec3 point, struct bounds bounds)
     return way;
 }
 
-/* Boxes of the tree grow by no more. */
+/* Points are moved by no more than the boxes of the tree are enlarged. */
 static void test_points_stay_within_small_surfaces(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Which pixels are finished, whatever tiles they came in. */
+/* Tests of the coverage: which pixels are finished, in whatever tiles they came. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,7 +17,7 @@ static struct tile rectangle(uint32_t x, uint32_t y, uint32_t w, uint32_t h)
     return (struct tile){.x = x, .y = y, .w = w, .h = h, .step = 1};
 }
 
-/* Every pixel by itself: exactly those of the tiles that were added. */
+/* Checks every pixel: exactly those of the tiles that were added must be finished. */
 static void check_pixels(const struct coverage *coverage, bool expected[HEIGHT][WIDTH])
 {
     for (uint32_t y = 0; y < HEIGHT; y++)
@@ -54,7 +54,7 @@ static void test_tiles_of_all_kinds(void **state)
     coverage_free(&coverage);
 }
 
-/* Tiles of one size are covered by those of another when no pixel is missing. */
+/* Tiles are covered by tiles of another size if no pixel is missing. */
 static void test_other_cuts(void **state)
 {
     struct coverage coverage;

@@ -1,4 +1,4 @@
-/* CPU seconds of pieces of work, on clocks that the tests set. */
+/* Tests of the CPU times of pieces of work, with fake clocks. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,7 +10,7 @@
 
 #include "common/cpu_time.h"
 
-/* What the clocks say, and how often the dear one was read. */
+/* The times of the clocks, and how often the CPU clock, which is expensive, was read. */
 static double wall, cpu;
 static unsigned readings;
 
@@ -30,13 +30,13 @@ static void work_for(double seconds)
     cpu += seconds;
 }
 
-/* Asleep, or others have the core. */
+/* Lets the thread sleep, or lose its core, for this time. */
 static void be_away_for(double seconds)
 {
     wall += seconds;
 }
 
-/* A piece of so much work, undisturbed: what is told of it. */
+/* The reported CPU time of a piece of work of this length without interruptions. */
 static double work_once(struct cpu_time *time, double seconds)
 {
     double ended;
@@ -72,7 +72,7 @@ static void test_long(void **state)
     assert_int_equal(readings, 3);
 }
 
-/* Of many short ones in a row the clock is read for one in many. */
+/* In a row of many short pieces, the CPU clock is read for few of them. */
 static void test_short(void **state)
 {
     (void)state;
@@ -82,7 +82,7 @@ static void test_short(void **state)
     assert_in_range(readings, 1000 / 21, 1000 / 20 + 1);
 }
 
-/* When a piece has ended is told whether the clock was read or not. */
+/* The end of a piece is returned whether the CPU clock was read or not. */
 static void test_ended(void **state)
 {
     (void)state;
@@ -97,7 +97,7 @@ static void test_ended(void **state)
     }
 }
 
-/* A short one that loses its core is none by the clock: what it has lost is known. */
+/* A short piece that loses its core is long by the wall clock, so that its CPU time is read. */
 static void test_lost(void **state)
 {
     (void)state;
@@ -111,7 +111,7 @@ static void test_lost(void **state)
     assert_seconds(cpu_time_end(&time, &ended), CPU_TIME_SHORT / 20);
 }
 
-/* What the thread waits for between pieces is no loss of the next one, however long. */
+/* Waiting between two pieces is not subtracted from the next one, however long it is. */
 static void test_waits(void **state)
 {
     (void)state;
@@ -144,8 +144,8 @@ static void test_not_ended(void **state)
     assert_true(told >= CPU_TIME_SHORT && told <= 3 * CPU_TIME_SHORT);
 }
 
-/* Time that short pieces lost without a word is taken off the next reading's piece down to nothing, not
- * below. */
+/* Time that short pieces lost unnoticed is subtracted from the piece of the next reading, but that never becomes
+ * negative. */
 static void test_bounds(void **state)
 {
     (void)state;

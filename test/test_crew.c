@@ -1,4 +1,4 @@
-/* Threads that share out loops. */
+/* Tests of threads that run loops in parallel. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -24,7 +24,7 @@ static void round_of(void *context, uint32_t round)
     atomic_fetch_add(&loop->done, 1);
 }
 
-/* Every round is done once, and all are when the loop returns. */
+/* Checks that every round is done once, and that all are done when the loop returns. */
 static void check_loop(struct crew *crew, uint32_t count)
 {
     struct loop loop = {.count = count, .times = calloc(count + 1, sizeof *loop.times)};
@@ -62,7 +62,7 @@ static double burned(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-/* Each of them waits for the other, so that a thread beside the caller does one. */
+/* Two rounds that wait for each other, so that a thread other than the caller does one of them. */
 static void burn(void *context, uint32_t round)
 {
     struct loop *loop = context;

@@ -1,4 +1,4 @@
-/* Who shares cores with whom. */
+/* Tests of which renderers share cores. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -14,7 +14,7 @@
 #include "master/crowd.h"
 #include "test/random.h"
 
-/* May run on the cores from first to last. */
+/* A berth with the cores from first to last. */
 static struct berth berth_of(const char *machine, unsigned first, unsigned last)
 {
     struct berth berth = {0};
@@ -24,7 +24,7 @@ static struct berth berth_of(const char *machine, unsigned first, unsigned last)
     return berth;
 }
 
-/* The crowd of all berths, with so many groups and processors. */
+/* The crowd of the berths; asserts its numbers of groups and processors. */
 static struct crowd crowd_of(const struct berth *berths, uint32_t count, uint32_t groups,
                              uint32_t processors)
 {
@@ -52,7 +52,7 @@ static void test_machines(void **state)
     crowd_free(&crowd);
 }
 
-/* Those that are bound to a core each have it for themselves. */
+/* Renderers that are each bound to another core do not share any. */
 static void test_bound(void **state)
 {
     (void)state;
@@ -70,7 +70,7 @@ static void test_bound(void **state)
     crowd_free(&crowd);
 }
 
-/* The last one has a core in common with each of two groups, of three. */
+/* The last renderer shares a core with two groups of three, which are merged. */
 static void test_groups_merge(void **state)
 {
     (void)state;
@@ -97,7 +97,7 @@ static void test_unknown(void **state)
     crowd_free(&crowd);
 }
 
-/* Machines are told apart without looking at each pair of 100,000, some 15 s. */
+/* 100,000 machines are distinguished without comparing all pairs, which would take some 15 s. */
 static void test_many_machines(void **state)
 {
     (void)state;
@@ -115,7 +115,7 @@ static void test_many_machines(void **state)
     free(berths);
 }
 
-/* The same groups as those that come of looking at each pair until nothing changes. */
+/* The groups are the same as by comparing all pairs until nothing changes. */
 static void test_as_defined(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* What stands in the place of an earlier primitive is left out, and no picture shows that. */
+/* Tests of duplicates: primitives that coincide with an earlier one are left out, which changes no picture. */
 #include "test/scene_fixture.h"
 
 #include "test/view_fixture.h"
@@ -8,7 +8,7 @@
 
 /* ---- what is left out ---- */
 
-/* The same face with its corners in another order and of other indices, and balls in two materials. */
+/* Adds copies of a face, with corners in another order and with other indices, and equal balls of two materials. */
 static void add_some_twice(struct builder *builder, uint32_t matt, uint32_t other)
 {
     uint32_t v[6];
@@ -106,10 +106,10 @@ static void test_many_of_each_kind(void **state)
 
 /* ---- pictures ---- */
 
-/* 2^64 / the golden ratio: makes numbers in a row states of random_below() that have nothing in common. */
+/* 2^64 / the golden ratio: turns consecutive numbers into unrelated states of random_below(). */
 #define SPREAD UINT64_C(0x9e3779b97f4a7c15)
 
-/* Anything on a lattice, so that much lies in one plane with something else; the same for the same number. */
+/* Adds a primitive on a lattice, which depends on `random` alone, so that many are coplanar with others. */
 static void add_something(struct builder *builder, uint64_t random, uint32_t material,
                           unsigned turn)
 {
@@ -152,7 +152,7 @@ static void add_something(struct builder *builder, uint64_t random, uint32_t mat
     }
 }
 
-/* Each of some things up to three times, in some order, each time of another material. */
+/* Some primitives, each up to three times, in random order and of another material each time. */
 static struct builder *things_again(uint64_t seed)
 {
     struct builder *builder = builder_create();

@@ -1,4 +1,4 @@
-/* Lights inside of solids are warned of where that keeps their light from what is seen. */
+/* Tests of the warning of lights inside of solids. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +13,7 @@
 #include "master/enclosed.h"
 #include "test/view_fixture.h"
 
-/* One at the origin, and one outside of all that is made here. */
+/* Adds a light at the origin, and one outside of all solids here. */
 static void add_lights(struct builder *builder)
 {
     struct light in = {.color = {1, 1, 1}}, out = {.position = {0, 9, 0}, .color = {1, 1, 1}};
@@ -30,7 +30,7 @@ static uint32_t add_material(struct builder *builder, double transmission)
     return index;
 }
 
-/* Frees the builder. What is said of the scene; static. */
+/* The messages about the builder's scene, in static memory. Frees the builder. */
 static const char *said_of(struct builder *builder, const struct view *view)
 {
     static char said[512];

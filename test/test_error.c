@@ -20,7 +20,7 @@ static double uniform(void)
     return ((double)(seed >> 11) + 0.5) * 0x1p-53;
 }
 
-/* Of the normal distribution (G. Box & M. Muller, 1958). */
+/* A random number of the standard normal distribution (G. Box & M. Muller, 1958). */
 static double normal(void)
 {
     return sqrt(-2 * log(uniform())) * cos(2 * M_PI * uniform());
