@@ -162,7 +162,7 @@ static void test_short_start(void **state)
     free(text);
 }
 
-/* What a time limit has left without samples is told, and not what has some. */
+/* Pixels that a time limit has left without samples are reported; others are not. */
 static void test_pixels_without_samples(void **state)
 {
     struct scratch *s = *state;
