@@ -35,8 +35,7 @@ struct sphere_row {
     double (*error)(double value, mpfr_t truth);
 };
 
-/* Traces the row's rays with the kernel, compares them with the oracle, and fills in the result. */
-void run_sphere_row(const struct budget *budget, struct case_result *result,
-                    const struct sphere_row *row);
+/* Traces the row's rays with the kernel and compares them with the oracle. row: a struct sphere_row. */
+void sphere_block(struct block *block, const void *row);
 
 #endif

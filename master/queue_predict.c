@@ -87,7 +87,7 @@ void predictions_settle(struct queue *queue, double now)
 
 /* ---- tiles that cost more than predicted ---- */
 
-/* A tile that costs more than SURPRISE times what was predicted says something about its neighbours. */
+/* A tile that costs more than FAR_DEARER times what was predicted says something about its neighbours. */
 #define FAR_DEARER 2
 
 /* Corrects the prediction of a tile, if it waits: it may cost as much as this density (work per pixel) at worst,
