@@ -76,7 +76,7 @@ static void measure_values(double values[MESSAGE_VALUES])
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
     for (unsigned round = 0; round < MESSAGE_RUNS; round++) {
-        fprintf(stderr, "measuring messages between two ranks: run %u of %u\n", round + 1,
+        fprintf(stderr, "measuring messages between two ranks: run %u of %d\n", round + 1,
                 MESSAGE_RUNS);
         run_messages(samples, round);
     }
@@ -89,7 +89,7 @@ static double measure_tiles(void)
 {
     double samples[MESSAGE_RUNS];
     for (unsigned round = 0; round < MESSAGE_RUNS; round++) {
-        fprintf(stderr, "measuring what a tile takes beside rendering it, by %s: run %u of %u\n",
+        fprintf(stderr, "measuring what a tile takes beside rendering it, by %s: run %u of %d\n",
                 bench_scenes[0].config, round + 1, MESSAGE_RUNS);
         samples[round] = measure_tile();
     }
