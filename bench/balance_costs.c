@@ -120,7 +120,7 @@ void costs_save(const struct tile_costs *map, const char *path)
         size_t tiles = level_tiles(map, level);
         good = fwrite(map->levels[level], sizeof(float), tiles, file) == tiles;
     }
-    good = good && fwrite(map->apart, sizeof map->apart, 1, file) == 1;
+    good = good && fwrite(map->apart_ratio, sizeof map->apart_ratio, 1, file) == 1;
     if (!good || fclose(file) != 0) fatal("cannot write %s", path);
 }
 
@@ -138,7 +138,8 @@ bool costs_read(struct tile_costs *map, const char *path)
         if (fread(map->levels[level], sizeof(float), tiles, file) != tiles)
             fatal("%s is damaged: remove it", path);
     }
-    if (fread(map->apart, sizeof map->apart, 1, file) != 1) fatal("%s is damaged: remove it", path);
+    if (fread(map->apart_ratio, sizeof map->apart_ratio, 1, file) != 1)
+        fatal("%s is damaged: remove it", path);
     fclose(file);
     costs_derive(map);
     return true;
@@ -248,7 +249,7 @@ double costs_of(const struct picture_costs *view, const struct tile *tile)
     double seen = view->run ? run_costs_of(view->run, tile) : -1;
     if (seen >= 0) return seen;
     if (tile->pass == TILE_PROBE) return cost_of_probes(view, tile);
-    return (view->apart > 0 ? view->apart : 1) * cost_together(view, tile);
+    return (view->apart_ratio > 0 ? view->apart_ratio : 1) * cost_together(view, tile);
 }
 
 /* ---- the cost of a share ---- */
@@ -264,10 +265,10 @@ double share_sum(const struct share_config *config, uint32_t renderer,
     struct shares shares;
     struct tile tile;
     double sum = 0;
-    shares_init(&shares, config, QUEUE_MAX_TILES);
+    share_init(&shares, config, QUEUE_MAX_TILES);
     while (share_next(&shares, renderer, &tile))
         sum += cost(context, &tile);
-    shares_free(&shares);
+    share_free(&shares);
     return sum;
 }
 
@@ -286,13 +287,13 @@ double costs_of_share(const struct picture_costs *view, enum schedule schedule, 
     return share_sum(&config, renderer, cost_in_view, view);
 }
 
-double costs_apart(const struct tile_costs *map, enum schedule schedule, uint32_t renderers)
+double costs_apart_ratio(const struct tile_costs *map, enum schedule schedule, uint32_t renderers)
 {
     for (unsigned i = 0; i < APART_SCHEDULES; i++) {
         if (apart_schedules[i] != schedule || renderers < 2) continue;
-        if (renderers > APART_MOST || !(map->apart[i][renderers] > 0))
+        if (renderers > APART_MOST || !(map->apart_ratio[i][renderers] > 0))
             fatal("shares of %u renderers were not measured", renderers);
-        return map->apart[i][renderers];
+        return map->apart_ratio[i][renderers];
     }
     return 1;
 }

@@ -39,7 +39,7 @@ struct tile_costs {
     double totals[COST_LEVELS], spread[COST_LEVELS];
     float *levels[COST_LEVELS]; /* seconds per tile, rows from the top */
     /* By schedule and renderers: ratio of measured to modelled cost; 0: not measured. */
-    double apart[APART_SCHEDULES][APART_MOST + 1];
+    double apart_ratio[APART_SCHEDULES][APART_MOST + 1];
     double *base; /* seconds per pixel */
     double *sums; /* integral of base, (width + 1) x (height + 1) */
 };
@@ -76,8 +76,8 @@ struct picture_costs {
     const struct tile_costs *single; /* the same picture with one sample per pixel: for probes */
     uint32_t scale, samples;
     uint32_t top; /* rows of the map that are left out at the top, and as many at the bottom */
-    /* Factor on the modelled costs, as costs_apart() returns it; 0: 1. */
-    double apart;
+    /* Factor on the modelled costs, as costs_apart_ratio() returns it; 0: 1. */
+    double apart_ratio;
     /* Not NULL: costs are those of this run, whose map it is then; scale is 1, top 0. */
     const struct run_costs *run;
 };
@@ -91,7 +91,7 @@ double costs_of_share(const struct picture_costs *view, enum schedule schedule, 
 
 /* The ratio of costs of this schedule's tiles for so many renderers to the model: 1 where pixels are adjacent.
  * Ends the program if it should have been measured and was not. */
-double costs_apart(const struct tile_costs *map, enum schedule schedule, uint32_t renderers);
+double costs_apart_ratio(const struct tile_costs *map, enum schedule schedule, uint32_t renderers);
 
 /* Seconds that such a processor needs for a single sample of the pixel if it is traced alone. */
 double costs_of_probe(const struct picture_costs *view, uint32_t x, uint32_t y);

@@ -203,7 +203,7 @@ static void compare_shares(struct tile_costs *map, const struct rounds *rounds)
                 rounds->shares[i * rounds->count + round] /
                 costs_of_share(&view, apart_schedules[i % APART_SCHEDULES], renderers, renderer);
         }
-        map->apart[i % APART_SCHEDULES][renderers] = median_of(ratios, rounds->count);
+        map->apart_ratio[i % APART_SCHEDULES][renderers] = median_of(ratios, rounds->count);
     }
     free(ratios);
 }

@@ -187,7 +187,7 @@ static void put_apart(FILE *out, const struct bench_scene *scene, uint32_t sampl
     for (unsigned i = 0; i < APART_SCHEDULES; i++) {
         fprintf(out, "| %s | %u | %s |", scene->name, samples, names[i]);
         for (size_t k = 0; k < sizeof apart_shown / sizeof *apart_shown; k++)
-            fprintf(out, " %.2f |", map->apart[i][apart_shown[k]]);
+            fprintf(out, " %.2f |", map->apart_ratio[i][apart_shown[k]]);
         fputc('\n', out);
     }
 }

@@ -285,7 +285,7 @@ static void answer_lot(struct job *job, uint32_t who)
 static void ask(struct job *job, uint32_t who)
 {
     struct recall recall;
-    float tells[LOT_TILES];
+    float report_s[LOT_TILES];
     while (job->renderers[who].lots < LOTS_UNDER_WAY && !queue_over(job->queue, who)) {
         uint32_t slot = (job->renderers[who].first + job->renderers[who].lots) % LOTS_UNDER_WAY;
         uint32_t count = queue_next(job->queue, who, job->now, job->renderers[who].tiles[slot]);
@@ -296,7 +296,7 @@ static void ask(struct job *job, uint32_t who)
         const struct tile *tiles = job->renderers[who].tiles[slot];
         (void)queue_answer_after(job->queue);
         (void)queue_lot_seconds(job->queue, who, tiles, count);
-        (void)queue_tells(job->queue, who, tiles, count, tells);
+        (void)queue_report_times(job->queue, who, tiles, count, report_s);
     }
     while (queue_next_recall(job->queue, &recall))
         ;

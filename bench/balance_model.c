@@ -34,7 +34,7 @@ static struct message_costs messages_of(const struct farm_run *run, const struct
 {
     struct message_costs costs = *alone;
     costs.tile_s = fmax(0, all_cpu(run) - trace_cpu(trace)) / (double)trace->count;
-    costs.looks = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
+    costs.looking_share = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
     return costs;
 }
 

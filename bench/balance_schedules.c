@@ -25,15 +25,15 @@ static const enum schedule schedules[] = {
 /* The crowd of the renderers, for machines whose cores they share. */
 static void share_cores(struct crowd *crowd, const struct machine *machine)
 {
-    struct berth *berths = allocate(machine->renderers, sizeof *berths);
-    struct berth berth = {.machine = "simulated"};
+    struct affinity *affinities = allocate(machine->renderers, sizeof *affinities);
+    struct affinity affinity = {.machine = "simulated"};
     assert(machine->cores <= CPU_SETSIZE);
     for (uint32_t i = 0; i < machine->cores; i++)
-        CPU_SET(i, &berth.cores);
+        CPU_SET(i, &affinity.cores);
     for (uint32_t i = 0; i < machine->renderers; i++)
-        berths[i] = berth;
-    crowd_init(crowd, berths, machine->renderers);
-    free(berths);
+        affinities[i] = affinity;
+    crowd_init(crowd, affinities, machine->renderers);
+    free(affinities);
 }
 
 /* A new queue, as the farm creates it. */
@@ -66,7 +66,7 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
     struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
                                          costs->samples, machine, shares ? &crowd : NULL);
     struct picture_costs own = *costs;
-    own.apart = costs_apart(costs->map, schedules[schedule], machine->renderers);
+    own.apart_ratio = costs_apart_ratio(costs->map, schedules[schedule], machine->renderers);
     simulate(machine, queue, &own, outcome);
     queue_destroy(queue);
     crowd_free(&crowd);

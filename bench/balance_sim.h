@@ -26,8 +26,9 @@ struct message_costs {
     double tray_s, tray_pixel_s; /* replace service_s and service_pixel_s for results in a tray */
     double send_s;
     double tile_s; /* a renderer's cost per tile besides rendering it */
-    double looks;  /* the part of a core that the master always uses for looking for messages */
-    double nap_s;  /* by how much a nap is too long; negative: all poll without napping */
+    double
+        looking_share; /* the part of a core that the master always uses for looking for messages */
+    double nap_s;      /* by how much a nap is too long; negative: all poll without napping */
 };
 
 struct machine {

@@ -89,8 +89,9 @@ static void go_on_with(struct sim *sim, uint32_t index)
     struct part *part = sim->renderers[core->who].part;
     if (isnan(part->begun_s)) part->begun_s = sim->now;
     core->since = sim->now;
-    core->rate =
-        all_busy(sim) ? fmax(0.5, 1 - sim->machine->messages.looks / sim->machine->cores) : 1;
+    core->rate = all_busy(sim)
+                     ? fmax(0.5, 1 - sim->machine->messages.looking_share / sim->machine->cores)
+                     : 1;
     double end = fmin(core->until, sim->now + fmax(0, part->left_s) / core->rate);
     struct event look = {.time = end, .kind = EVENT_CORE, .who = index, .number = ++core->turn};
     events_add(&sim->wall, &look);

@@ -143,7 +143,7 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     float tell_s[LOT_TILES];
     uint32_t count = queue_next(sim->queue, who, sim->now, tiles);
     if (count == 0) return NULL;
-    uint32_t told = queue_tells(sim->queue, who, tiles, count, tell_s);
+    uint32_t told = queue_report_times(sim->queue, who, tiles, count, tell_s);
     struct lot *lot = allocate(1, sizeof *lot + count * sizeof *lot->parts);
     *lot = (struct lot){.after = sim->lots,
                         .count = count,

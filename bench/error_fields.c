@@ -199,29 +199,31 @@ struct outcome {
 };
 
 /* Tests an interval with another width of the bounds on what is hidden than error_estimate() uses. */
-static void look_with(double width, const struct error_told *told, unsigned pass, double ratio,
-                      bool *below, bool *above)
+static void look_with(double width, const struct error_breakdown *breakdown, unsigned pass,
+                      double ratio, bool *below, bool *above)
 {
-    const struct error_told seen = {.sum = told->sum};
+    const struct error_breakdown seen = {.sum = breakdown->sum};
     struct error_estimate by_luck = error_estimate(&seen, PIXELS, ERROR_LOOK_PASS, pass);
     double luck = 2 * log(by_luck.high / by_luck.rmse);
-    double hidden = told->hidden / told->sum.squares, carried = told->carried / told->sum.squares;
+    double hidden = breakdown->hidden / breakdown->sum.squares,
+           carried = breakdown->carried / breakdown->sum.squares;
     *below |= 2 * ratio < -hypot(luck, width * (hidden + carried) * log(HIDDEN_LEAST));
     *above |= 2 * ratio > hypot(luck, width * hidden * log(HIDDEN_MOST));
 }
 
 /* Tests the intervals of a look; returns log(true / estimated error). The estimated error is above 0. */
-static double look(struct outcome *outcome, const struct error_told *told, unsigned pass,
+static double look(struct outcome *outcome, const struct error_breakdown *breakdown, unsigned pass,
                    double error, struct misses *misses)
 {
-    struct error_estimate estimate = error_estimate(told, PIXELS, ERROR_LOOK_PASS, pass);
+    struct error_estimate estimate = error_estimate(breakdown, PIXELS, ERROR_LOOK_PASS, pass);
     double ratio = log(error / estimate.rmse);
     for (uint32_t k = 0; k < WIDTHS; k++)
         if (k != AS_IT_IS)
-            look_with(widths[k], told, pass, ratio, &misses->below[k], &misses->above[k]);
+            look_with(widths[k], breakdown, pass, ratio, &misses->below[k], &misses->above[k]);
     misses->below[AS_IT_IS] |= error < estimate.low;
     misses->above[AS_IT_IS] |= error > estimate.high;
-    uint32_t share = (uint32_t)fmin(SHARES * told->hidden / told->sum.squares, SHARES - 1);
+    uint32_t share =
+        (uint32_t)fmin(SHARES * breakdown->hidden / breakdown->sum.squares, SHARES - 1);
     ratios_add(&outcome->looks[share], ratio);
     return ratio;
 }
@@ -248,11 +250,11 @@ static bool run(struct outcome *outcome, const struct picture *picture)
     bool seen;
     do {
         render_pass(picture);
-        struct error_told told = adaptive_errors(picture->adaptive, &pixels, &samples);
-        seen = told.sum.squares > 0;
+        struct error_breakdown breakdown = adaptive_errors(picture->adaptive, &pixels, &samples);
+        seen = breakdown.sum.squares > 0;
         if (seen)
-            ratio = look(outcome, &told, adaptive_passes(picture->adaptive), true_error(picture),
-                         &misses);
+            ratio = look(outcome, &breakdown, adaptive_passes(picture->adaptive),
+                         true_error(picture), &misses);
     } while (adaptive_plan(picture->adaptive, HUGE_VAL));
     outcome->runs++;
     outcome->late += seen && true_error(picture) > adaptive_target(picture->adaptive);

@@ -86,7 +86,7 @@ static inline struct f3 f3_normalize(struct f3 a)
 /* ---- the scene ---- */
 
 struct surface_material {
-    struct f3 color, ambient, diffuse, passed; /* products with the colour */
+    struct f3 color, ambient, diffuse, transmitted; /* products with the colour */
     float specular, shininess, reflection, ior;
     bool transparent;
 };

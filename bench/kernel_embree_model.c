@@ -123,7 +123,7 @@ void shadow_pass(struct shadow_query *query, const struct part *part, unsigned g
     query->crossings[at].primitive = primitive;
     query->crossings[at].t = t;
     query->through =
-        f3_mul(query->through, part->model->materials[part->material[primitive]].passed);
+        f3_mul(query->through, part->model->materials[part->material[primitive]].transmitted);
 }
 
 /* Called for single rays only. */
@@ -200,7 +200,7 @@ static void fill_materials(struct model *model)
             .color = f3_of(m->color),
             .ambient = f3_of(vec_scale(m->color, m->ambient)),
             .diffuse = f3_of(vec_scale(m->color, m->diffuse)),
-            .passed = f3_of(vec_scale(m->color, m->transmission)),
+            .transmitted = f3_of(vec_scale(m->color, m->transmission)),
             .specular = (float)m->specular,
             .shininess = (float)m->shininess,
             .reflection = (float)m->reflection,

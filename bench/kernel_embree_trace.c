@@ -243,9 +243,9 @@ static void add_children(struct tracer *tracer, const struct pending *parent,
     struct f3 mirrored = f3(kr, kr, kr), direction;
     if (material->transparent) {
         if (refracted(at, &direction))
-            add_pending(tracer, parent, at, direction, material->passed, KIND_REFRACTION);
+            add_pending(tracer, parent, at, direction, material->transmitted, KIND_REFRACTION);
         else
-            mirrored = f3_add(mirrored, material->passed);
+            mirrored = f3_add(mirrored, material->transmitted);
     }
     if (f3_max(mirrored) > 0)
         add_pending(tracer, parent, at, reflected(at), mirrored, KIND_REFLECTION);

@@ -86,10 +86,10 @@ struct picture_difference picture_compare(const struct canvas *a, const struct c
             difference.rmse += apart * apart;
             largest = fmax(largest, apart);
         }
-        difference.off += largest > 16.0 / 255;
+        difference.differing += largest > 16.0 / 255;
     }
     difference.rmse = sqrt(difference.rmse / (3 * (double)pixels));
-    difference.off /= (double)pixels;
+    difference.differing /= (double)pixels;
     return difference;
 }
 

@@ -13,7 +13,7 @@ bool picture_read(const char *path, struct canvas *picture);
 /* The difference of two pictures of the same size, with values clamped to 0..1 as in a PNG. */
 struct picture_difference {
     double rmse;
-    double off; /* share of pixels with a component that differs by more than 16/255 */
+    double differing; /* share of pixels with a component that differs by more than 16/255 */
 };
 
 struct picture_difference picture_compare(const struct canvas *a, const struct canvas *b);

@@ -347,7 +347,7 @@ static void markdown_pictures(FILE *out, const struct scene_results *results, si
             if (isnan(d->rmse))
                 fputs(" not measured |", out);
             else
-                fprintf(out, " %.4f, %.2f %% |", d->rmse, 100 * d->off);
+                fprintf(out, " %.4f, %.2f %% |", d->rmse, 100 * d->differing);
         }
         fputc('\n', out);
     }

@@ -70,12 +70,12 @@ static void find_cores(cpu_set_t *cores)
 }
 
 /* The boot id, because containers have host names of their own but share the kernel and its cores. */
-void berth_find(struct berth *berth)
+void affinity_find(struct affinity *affinity)
 {
-    *berth = (struct berth){0};
-    find_cores(&berth->cores);
+    *affinity = (struct affinity){0};
+    find_cores(&affinity->cores);
     FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
     if (!file) return;
-    if (!fgets(berth->machine, sizeof berth->machine, file)) berth->machine[0] = '\0';
+    if (!fgets(affinity->machine, sizeof affinity->machine, file)) affinity->machine[0] = '\0';
     fclose(file);
 }

@@ -24,14 +24,14 @@ unsigned cores_borrow(const int *processes, int count, struct core_set *own);
 void cores_return(struct core_set *own);
 
 /* Where a process may run: its machine and cores. */
-struct berth {
+struct affinity {
     char machine[40]; /* boot id, unique among running machines; empty: unknown */
     cpu_set_t cores;  /* empty: unknown, or cores beyond the first CPU_SETSIZE are among them */
 };
-void berth_find(struct berth *berth);
+void affinity_find(struct affinity *affinity);
 
 /* Ranks exchange this first, before they can find out that they are different builds: its size must never
  * change. */
-_Static_assert(sizeof(struct berth) == 168, "struct berth goes over the wire as it is");
+_Static_assert(sizeof(struct affinity) == 168, "struct affinity goes over the wire as it is");
 
 #endif

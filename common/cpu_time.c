@@ -11,7 +11,7 @@ static void read_clocks(struct cpu_time *time)
 {
     time->cpu = clock_thread_cpu();
     time->read = clock_wall();
-    time->told = 0;
+    time->returned = 0;
 }
 
 double cpu_time_begin(struct cpu_time *time)
@@ -29,11 +29,11 @@ double cpu_time_end(struct cpu_time *time, double *ended)
     const struct cpu_time earlier = *time;
     *ended = clock_wall();
     if (*ended - earlier.read < CPU_TIME_SHORT) {
-        time->told += *ended - time->begun;
+        time->returned += *ended - time->begun;
         return *ended - time->begun;
     }
     read_clocks(time);
     *ended = time->read;
-    double wall = *ended - time->begun, cpu = time->cpu - earlier.cpu - earlier.told;
+    double wall = *ended - time->begun, cpu = time->cpu - earlier.cpu - earlier.returned;
     return wall < CPU_TIME_SHORT ? wall : larger_number(smaller_number(cpu, wall), 0);
 }

@@ -18,7 +18,7 @@
 /* The state of one thread; zero-initialised: no clock was read yet. All but cpu are wall times, in seconds. */
 struct cpu_time {
     double read, cpu; /* wall and CPU clock at the last reading of the latter */
-    double told;      /* sum of the times returned for pieces since then */
+    double returned;  /* sum of the times returned for pieces since then */
     double begun;     /* start of the current piece */
 };
 

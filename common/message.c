@@ -201,7 +201,7 @@ void *allocate_large(size_t bytes)
     return block;
 }
 
-void *allocate_there(size_t count, size_t size)
+void *allocate_prefaulted(size_t count, size_t size)
 {
     size_t bytes = block_bytes(count, size);
     return memset(allocate_large(bytes), 0, bytes);

@@ -83,7 +83,8 @@ void *allocate_large(size_t bytes) __attribute__((alloc_size(1), returns_nonnull
  * Like allocate_large(), but cleared: all pages are faulted in here, rather than later while another thread
  * or process waits for the user of the block.
  */
-void *allocate_there(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
+void *allocate_prefaulted(size_t count, size_t size)
+    __attribute__((alloc_size(1, 2), returns_nonnull));
 
 /*
  * Returns the array with room for an element after the first count: if count is 0 or a power of two, the

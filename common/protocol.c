@@ -77,13 +77,13 @@ bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height
 
 bool lot_header_valid(const struct lot_header *header)
 {
-    return header->answer_s >= 0 && header->tells <= LOT_TILES && header->calls <= 1;
+    return header->answer_s >= 0 && header->reports <= LOT_TILES && header->wakes_master <= 1;
 }
 
-bool lot_tells_valid(const float *tells, uint32_t count)
+bool lot_report_valid(const float *report_s, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (!(tells[i] >= 0)) return false;
+        if (!(report_s[i] >= 0)) return false;
     return true;
 }
 

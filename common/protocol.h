@@ -5,7 +5,7 @@
  *   READY     renderer -> master   struct ready: the scene and its BVH are available
  *   START     master -> renderer   struct start: the answer to READY, before any other message
  *   TILES     master -> renderer   a lot, that is, a batch of tiles to render: struct lot_header, then
- *                                  as many floats as it says, padded to lot_tells_bytes(), then
+ *                                  as many floats as it says, padded to lot_report_bytes(), then
  *                                  1 .. LOT_TILES struct tile. A renderer has at most LOTS_UNDER_WAY
  *                                  lots at a time. There is one float for each tile, or none: when a
  *                                  tile has been in work for so many seconds, the renderer reports it,
@@ -85,10 +85,10 @@ struct welcome {
 };
 
 struct lot_header {
-    double answer_s; /* seconds after which to send the finished tiles; may be infinite */
-    uint32_t tells;  /* number of floats that follow: the number of tiles, or 0 */
+    double answer_s;  /* seconds after which to send the finished tiles; may be infinite */
+    uint32_t reports; /* number of floats that follow: the number of tiles, or 0 */
     /* 1: wake the master half way through, if no other lot has come by then; else 0 */
-    uint32_t calls;
+    uint32_t wakes_master;
 };
 
 /* Most tiles in a DROP message. */
@@ -271,10 +271,10 @@ static inline bool tile_is_refined(const struct tile *tile)
     return tile->pass != 0 && tile->pass != TILE_PROBE;
 }
 
-/* Bytes of `tells` floats in a TILES message, padded to a multiple of 8. */
-static inline size_t lot_tells_bytes(uint32_t tells)
+/* Bytes of `reports` floats in a TILES message, padded to a multiple of 8. */
+static inline size_t lot_report_bytes(uint32_t reports)
 {
-    return round_up_to(tells * sizeof(float), 8);
+    return round_up_to(reports * sizeof(float), 8);
 }
 
 /* Bytes of a tile's part of a TILES message, a multiple of 8. */
@@ -358,7 +358,7 @@ bool start_message_valid(const struct start *start, size_t bytes);
 
 /* Whether the header of a TILES message, or the floats after it, are valid. */
 bool lot_header_valid(const struct lot_header *header);
-bool lot_tells_valid(const float *tells, uint32_t count);
+bool lot_report_valid(const float *report_s, uint32_t count);
 
 /* Whether a DROP message of this size is valid. */
 bool drop_message_valid(const struct drop *drops, size_t bytes);

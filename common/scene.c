@@ -166,7 +166,7 @@ static const char *table_error(const struct scene *scene)
 }
 
 /* Whether all edges are finite; the vertex indices must be valid. */
-static bool corners_near(const struct scene *scene, const uint32_t corners[3])
+static bool triangle_edges_finite(const struct scene *scene, const uint32_t corners[3])
 {
     const struct vec3 *vertices = scene_vertices(scene);
     return edges_finite(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]);
@@ -179,7 +179,8 @@ static const char *polygon_error(const struct scene *scene)
         CHECK(indices_valid(triangles[i].vertex, scene->vertices.count) &&
                   triangles[i].material < scene->materials.count,
               "an index of a triangle is out of range");
-        CHECK(corners_near(scene, triangles[i].vertex), "corners of a triangle are too far apart");
+        CHECK(triangle_edges_finite(scene, triangles[i].vertex),
+              "corners of a triangle are too far apart");
     }
     const struct patch *patches = scene_patches(scene);
     for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_PATCH].count; i++) {
@@ -187,7 +188,8 @@ static const char *polygon_error(const struct scene *scene)
                   indices_valid(patches[i].normal, scene->normals.count) &&
                   patches[i].material < scene->materials.count,
               "an index of a patch is out of range");
-        CHECK(corners_near(scene, patches[i].vertex), "corners of a patch are too far apart");
+        CHECK(triangle_edges_finite(scene, patches[i].vertex),
+              "corners of a patch are too far apart");
     }
     return NULL;
 }

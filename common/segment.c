@@ -31,13 +31,13 @@ static bool find_space(const char *path, uint64_t *space)
     return true;
 }
 
-uint64_t segment_reach(void)
+uint64_t segment_own_realm(void)
 {
-    struct berth berth;
+    struct affinity affinity;
     struct segment_realm realm = {.user = geteuid()};
-    berth_find(&berth);
-    _Static_assert(sizeof realm.machine == sizeof berth.machine, "it is copied whole");
-    memcpy(realm.machine, berth.machine, sizeof realm.machine);
+    affinity_find(&affinity);
+    _Static_assert(sizeof realm.machine == sizeof affinity.machine, "it is copied whole");
+    memcpy(realm.machine, affinity.machine, sizeof realm.machine);
     if (realm.machine[0] == '\0' || prctl(PR_GET_DUMPABLE) != 1 ||
         !find_space("/proc/self/ns/pid", &realm.ids) ||
         !find_space("/proc/self/ns/user", &realm.users) ||

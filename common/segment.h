@@ -14,7 +14,7 @@
  * Otherwise Linux forbids it, or a container is meant to prevent it.
  */
 struct segment_realm {
-    char machine[40]; /* as in struct berth */
+    char machine[40]; /* as in struct affinity */
     uint64_t user;
     uint64_t ids, users, memory; /* namespaces of process ids, of users and of IPC */
 };
@@ -24,7 +24,7 @@ uint64_t segment_realm_hash(const struct segment_realm *realm);
 
 /* The hash of this process's realm; 0 if it is not known or if other processes may not open this one's files
  * in /proc. */
-uint64_t segment_reach(void);
+uint64_t segment_own_realm(void);
 
 /* The process that has made a segment, and its file descriptor there. */
 struct segment_address {
@@ -42,7 +42,7 @@ void *segment_extend(struct segment_address address, size_t bytes);
 
 /*
  * Called by another process once the segment is made: whether it may open the segment. Processes with the
- * same segment_reach() may, unless a security module forbids it.
+ * same segment_own_realm() may, unless a security module forbids it.
  */
 bool segment_opens(struct segment_address address);
 

@@ -33,16 +33,16 @@ struct slots {
 
 struct tray {
     /*
-     * The number of things that the master has said to the renderer, in messages and in slots; it increments
+     * The number of things that the master has sent to the renderer, in messages and in slots; it increments
      * this and rings the bell after each. The renderer thus knows whether there is anything to receive
      * without polling MPI, which takes as long as tracing some rays.
      */
-    _Alignas(64) atomic_uint said;
+    _Alignas(64) atomic_uint sent;
     struct bell bell;
     /* The two directions and the contents of the slots share no cache line. */
     _Alignas(64) struct slots lots;
-    /* Value of `said` before each lot, which orders it among messages. */
-    unsigned said_before[TRAY_SLOTS];
+    /* Value of `sent` before each lot, which orders it among messages. */
+    unsigned sent_before[TRAY_SLOTS];
     _Alignas(64) struct slots results;
     _Alignas(64) char lot[TRAY_SLOTS][TRAY_ROW(TRAY_LOT_BYTES)];
     _Alignas(64) char result[TRAY_SLOTS][TRAY_ROW(TRAY_RESULT_BYTES)];
@@ -50,7 +50,7 @@ struct tray {
 
 static inline void tray_init(struct tray *tray)
 {
-    atomic_init(&tray->said, 0);
+    atomic_init(&tray->sent, 0);
     bell_init(&tray->bell);
     for (int i = 0; i < TRAY_SLOTS; i++) {
         atomic_init(&tray->lots.bytes[i], 0);
@@ -63,17 +63,17 @@ static inline void tray_free(struct tray *tray)
     bell_free(&tray->bell);
 }
 
-/* Called by the master after it has said something. */
-static inline void tray_say(struct tray *tray)
+/* Called by the master after it has sent something. */
+static inline void tray_count_sent(struct tray *tray)
 {
-    atomic_fetch_add_explicit(&tray->said, 1, memory_order_release);
+    atomic_fetch_add_explicit(&tray->sent, 1, memory_order_release);
     bell_ring(&tray->bell);
 }
 
-/* Called by the renderer, which has received `heard` things: whether there are more. */
-static inline bool tray_has_news(const struct tray *tray, unsigned heard)
+/* Called by the renderer, which has received so many things: whether there are more. */
+static inline bool tray_has_news(const struct tray *tray, unsigned received)
 {
-    return atomic_load_explicit(&tray->said, memory_order_acquire) != heard;
+    return atomic_load_explicit(&tray->sent, memory_order_acquire) != received;
 }
 
 /* ---- slots; turn: the number of slots that the caller has filled, or emptied, before ---- */
@@ -100,9 +100,9 @@ static inline void slots_empty(struct slots *slots, unsigned turn)
 static inline void tray_put_lot(struct tray *tray, unsigned turn, const void *lot, size_t bytes)
 {
     memcpy(tray->lot[turn % TRAY_SLOTS], lot, bytes);
-    tray->said_before[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+    tray->sent_before[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->sent, memory_order_relaxed);
     slots_fill(&tray->lots, turn, (uint32_t)bytes);
-    tray_say(tray);
+    tray_count_sent(tray);
 }
 
 /* ---- arrivals: what the renderers that have trays have sent to the master ---- */

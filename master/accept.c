@@ -49,7 +49,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     }
     render_counts_add(&service->counts, &header->counts);
     watch_add(service->watch, header->pixels, header);
-    if (!service->timed_out) server->finished = clock_wall();
+    if (!service->timed_out) server->finished_at = clock_wall();
     /* A plan from which no tile comes lies after the render phase, which ends with the last tile. */
     service->plan_s += server->planned_s;
     server->planned_s = 0;

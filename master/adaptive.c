@@ -46,7 +46,7 @@ void adaptive_destroy(struct adaptive *adaptive)
     free(adaptive);
 }
 
-void adaptive_lend(struct adaptive *adaptive, struct crew *crew)
+void adaptive_set_crew(struct adaptive *adaptive, struct crew *crew)
 {
     adaptive->crew = crew;
 }
@@ -63,8 +63,8 @@ static struct candidates candidates_of(struct adaptive *adaptive)
 static double look_at_pass(struct adaptive *adaptive)
 {
     uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->crew)->pixels;
-    struct error_told told = pixel_errors_told(&adaptive->errors);
-    return error_estimate(&told, pixels, ERROR_LOOK_PASS, adaptive->pass.number).high;
+    struct error_breakdown breakdown = pixel_errors_breakdown(&adaptive->errors);
+    return error_estimate(&breakdown, pixels, ERROR_LOOK_PASS, adaptive->pass.count).high;
 }
 
 static bool meets_target(const struct adaptive *adaptive, double high)
@@ -104,9 +104,9 @@ static double limit_for(struct adaptive *adaptive, double high, double seconds)
     struct allocation *allocation = refine_allocation(&candidates);
     double share = fmax(PASS_AIM_MIN, adaptive->target / high);
     if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
-    double limit = allocation_limit(allocation, share * share * allocation_told(allocation));
+    double limit = allocation_limit(allocation, share * share * allocation_squares(allocation));
     if (seconds < HUGE_VAL) {
-        double effort = seconds / effort_seconds(&adaptive->effort);
+        double effort = seconds / effort_seconds_per_unit(&adaptive->effort);
         limit = fmax(limit, allocation_limit_within(allocation, effort));
     }
     allocation_destroy(allocation);
@@ -123,9 +123,9 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds)
     return !adaptive->is_met && plan_levels(adaptive, limit_for(adaptive, high, seconds));
 }
 
-bool adaptive_plan_again(struct adaptive *adaptive, double limit)
+bool adaptive_replan(struct adaptive *adaptive, double limit)
 {
-    if (adaptive->statistics.unsampled > 0) return adaptive_plan_first_again(adaptive, limit);
+    if (adaptive->statistics.unsampled > 0) return adaptive_replan_first(adaptive, limit);
     if (limit < 0) return false;
     (void)judge_pass(adaptive);
     return !adaptive->is_met && plan_levels(adaptive, limit);
@@ -138,7 +138,7 @@ bool adaptive_is_met(struct adaptive *adaptive)
            adaptive->statistics.unsampled == 0 && meets_target(adaptive, look_at_pass(adaptive));
 }
 
-double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
+double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
 {
     const struct error_totals *totals = pixel_errors_expect(&adaptive->errors, adaptive->crew);
     uint64_t pixels = totals->pixels;
@@ -147,15 +147,15 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     double exponent = promise_exponent(&adaptive->promise);
     if (adaptive->pass.is_first) exponent = power / FORECAST_EDGE; /* promises assume edges */
     if (!(exponent > 0)) return (double)NAN;
-    double squares = pixel_errors_told(&adaptive->errors).sum.squares;
+    double squares = pixel_errors_breakdown(&adaptive->errors).sum.squares;
     double share = pow(rmse * rmse * (double)pixels / squares, 1 / exponent);
     if (share >= 1) return 0;
     struct candidates candidates = candidates_of(adaptive);
     struct allocation *allocation = refine_allocation(&candidates);
-    double limit = allocation_limit(allocation, share * allocation_told(allocation));
+    double limit = allocation_limit(allocation, share * allocation_squares(allocation));
     allocation_destroy(allocation);
     if (!(limit > 0)) return HUGE_VAL;
-    return refine_effort(&candidates, limit) * effort_seconds(&adaptive->effort) -
+    return refine_effort(&candidates, limit) * effort_seconds_per_unit(&adaptive->effort) -
            effort_later_seconds(&adaptive->effort);
 }
 
@@ -167,12 +167,13 @@ static struct crew *idle_crew(const struct adaptive *adaptive)
     return adaptive->pass.missing ? NULL : adaptive->crew;
 }
 
-struct error_told adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples)
+struct error_breakdown adaptive_errors(struct adaptive *adaptive, uint64_t *pixels,
+                                       uint64_t *samples)
 {
     const struct error_totals *totals = pixel_errors_totals(&adaptive->errors, idle_crew(adaptive));
     *pixels = totals->pixels;
     *samples = totals->samples;
-    return pixel_errors_told(&adaptive->errors);
+    return pixel_errors_breakdown(&adaptive->errors);
 }
 
 double adaptive_target(const struct adaptive *adaptive)
@@ -182,7 +183,7 @@ double adaptive_target(const struct adaptive *adaptive)
 
 unsigned adaptive_passes(const struct adaptive *adaptive)
 {
-    return adaptive->pass.number;
+    return adaptive->pass.count;
 }
 
 bool adaptive_is_first(const struct adaptive *adaptive)

@@ -81,7 +81,7 @@ void adaptive_destroy(struct adaptive *adaptive);
 
 /* Lends a crew to make plans with. It stays the caller's and must not be used by anybody else until another one is
  * lent; NULL: the calling thread plans alone. Plans do not depend on it. */
-void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
+void adaptive_set_crew(struct adaptive *adaptive, struct crew *crew);
 
 /*
  * Ends pass 0 early: no more of its pixels are to come in, and none counts as missing. seconds: of rendering, summed
@@ -101,7 +101,7 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds);
 /* The same for a run that continues an earlier one: plans the pass that the earlier run planned from the same pixels.
  * limit: its adaptive_limit(). A limit below 0 while pass 0 lacks pixels means that pass 0 was cut off. Returns false
  * also where the limit belongs to no such pass; then nothing changes. */
-bool adaptive_plan_again(struct adaptive *adaptive, double limit);
+bool adaptive_replan(struct adaptive *adaptive, double limit);
 
 /* The limit that the present pass was planned with, >= 0; 0 in pass 0. Below 0: the pass is that of a lattice, the one
  * with the number -1 - limit. */
@@ -154,7 +154,7 @@ double adaptive_seconds(const struct adaptive *adaptive);
  * first has been judged. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels without samples.
  * Passes are not changed.
  */
-double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
+double adaptive_forecast(struct adaptive *adaptive, double rmse, double power);
 
 /* Whether all pixels of the last planned pass are in. */
 bool adaptive_is_complete(const struct adaptive *adaptive);
@@ -170,7 +170,8 @@ double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; sets their number and that of their samples. Takes no time if no samples have
  * come in and no pass was planned since the last call. */
-struct error_told adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples);
+struct error_breakdown adaptive_errors(struct adaptive *adaptive, uint64_t *pixels,
+                                       uint64_t *samples);
 
 /* Passes planned so far, pass 0 included. */
 unsigned adaptive_passes(const struct adaptive *adaptive);

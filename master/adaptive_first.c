@@ -9,7 +9,7 @@ void adaptive_cut(struct adaptive *adaptive, double seconds)
 {
     struct pass *pass = &adaptive->pass;
     const struct statistics *statistics = &adaptive->statistics;
-    if (pass->number > 1 || statistics->unsampled == 0) return;
+    if (pass->count > 1 || statistics->unsampled == 0) return;
     size_t pixels = canvas_pixels(statistics->canvas);
     for (size_t i = 0; i < pixels; i++)
         pass->next[i] = statistics->level[i];
@@ -28,7 +28,7 @@ static uint64_t find_unsampled(const struct statistics *statistics, uint32_t lat
     const struct canvas *canvas = statistics->canvas;
     uint32_t step = lattice_step(lattice);
     uint64_t count = 0;
-    for (uint32_t y = 0; y < canvas->height; y += lattice_rows(lattice))
+    for (uint32_t y = 0; y < canvas->height; y += lattice_row_step(lattice))
         for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step) {
             size_t i = (size_t)y * canvas->width + x;
             if (statistics->level[i] > 0) continue;
@@ -80,7 +80,7 @@ void adaptive_plan_first(struct adaptive *adaptive, double seconds)
 }
 
 /* A pass 0 that lacks pixels is cut off only when it is known that the earlier run had a lattice's pass after it. */
-bool adaptive_plan_first_again(struct adaptive *adaptive, double limit)
+bool adaptive_replan_first(struct adaptive *adaptive, double limit)
 {
     double lattice = -1 - limit;
     bool is_one = lattice >= 0 && lattice <= LATTICE_COARSEST && lattice == floor(lattice);

@@ -22,7 +22,7 @@
 
 /* The last pass that was planned. */
 struct pass {
-    unsigned number;  /* counted from 1, which is pass 0 */
+    unsigned count;   /* passes begun so far, pass 0 included */
     bool is_first;    /* pixels get their first samples */
     double limit;     /* adaptive_limit() */
     uint64_t missing; /* pixels that are still to come */
@@ -47,20 +47,20 @@ struct adaptive {
 /* Begins the next pass, which asks for so many pixels. */
 static inline void pass_begin(struct pass *pass, bool is_first, double limit, uint64_t pixels)
 {
-    pass->number++;
+    pass->count++;
     pass->is_first = is_first;
     pass->limit = limit;
     pass->missing = pass->asked = pixels;
 }
 
 /* Whether the pass is still to bring samples to the pixel. */
-static inline bool adaptive_comes(const struct adaptive *adaptive, size_t pixel)
+static inline bool adaptive_is_pending(const struct adaptive *adaptive, size_t pixel)
 {
     return adaptive->pass.next[pixel] > adaptive->statistics.level[pixel];
 }
 
-/* adaptive_plan() and adaptive_plan_again() while there are pixels without samples. */
+/* adaptive_plan() and adaptive_replan() while there are pixels without samples. */
 void adaptive_plan_first(struct adaptive *adaptive, double seconds);
-bool adaptive_plan_first_again(struct adaptive *adaptive, double limit);
+bool adaptive_replan_first(struct adaptive *adaptive, double limit);
 
 #endif

@@ -40,7 +40,7 @@ static void walk_on(struct walk *walk)
 /* In pass 0, results contain all pixels of a tile, also where only some are still to come. */
 static bool has_all_pixels(const struct adaptive *adaptive)
 {
-    return adaptive->pass.number == 1;
+    return adaptive->pass.count == 1;
 }
 
 uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *tile)
@@ -49,7 +49,7 @@ uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *til
     if (has_all_pixels(adaptive)) return pixels;
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
-        in += adaptive_comes(adaptive, walk.pixel);
+        in += adaptive_is_pending(adaptive, walk.pixel);
     return in;
 }
 
@@ -61,11 +61,11 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
         size_t i = walk.pixel;
-        if (!adaptive_comes(adaptive, i)) continue;
+        if (!adaptive_is_pending(adaptive, i)) continue;
         uint32_t before = adaptive->statistics.level[i], after = adaptive->pass.next[i];
         work.samples += levels->samples[after] - levels->samples[before];
-        work.removed +=
-            pixel_errors_in_all(&adaptive->errors, i) * (1 - levels_left(levels, before, after));
+        work.removed += pixel_errors_with_hidden(&adaptive->errors, i) *
+                        (1 - levels_left(levels, before, after));
     }
     return work;
 }
@@ -85,7 +85,7 @@ void adaptive_refinements(const struct adaptive *adaptive, const struct tile *ti
 
 uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
 {
-    uint64_t hash = adaptive->pass.number;
+    uint64_t hash = adaptive->pass.count;
     uint8_t levels[2 * HASHED_PIXELS];
     uint32_t pixels = tile_pixels(tile), count = 0;
     struct walk walk = walk_begin(adaptive, tile);
@@ -106,8 +106,8 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_samples *more)
 {
     uint32_t from = adaptive->statistics.level[pixel], to = adaptive->pass.next[pixel];
-    struct known before;
-    if (from > 0) before = statistics_known(&adaptive->statistics, pixel);
+    struct pixel_statistics before;
+    if (from > 0) before = statistics_of_pixel(&adaptive->statistics, pixel);
     double rays = statistics_put(&adaptive->statistics, pixel, to, more);
     pixel_errors_settle(&adaptive->errors, pixel, from > 0 ? &before : NULL);
     effort_add(&adaptive->effort, from, to, rays);
@@ -126,7 +126,7 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
     uint32_t pixels = tile_pixels(tile);
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
-        bool more = adaptive_comes(adaptive, walk.pixel);
+        bool more = adaptive_is_pending(adaptive, walk.pixel);
         if (more) put_pixel(adaptive, walk.pixel, &at);
         if (more || all) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
     }

@@ -9,7 +9,7 @@
 
 /*
  * A histogram of the pixels' gains, in bins of an eighth of an octave. For each bin and each number of levels that
- * pixels can still go up there are sums of told and of effort. Octaves are relative to that of the typical error, so
+ * pixels can still go up there are sums of squares and effort. Octaves are relative to that of the typical error, so
  * that pictures of any brightness are planned alike. Gains beyond either end, which no picture has, count with the last
  * bin there.
  */
@@ -18,10 +18,10 @@ enum { BINS = OCTAVES * BINS_PER_OCTAVE };
 
 struct allocation {
     int octave_min;
-    double told[BINS][LEVEL_MAX + 1];
+    double squares[BINS][LEVEL_MAX + 1];
     double efforts[BINS][LEVEL_MAX + 1];
     bool used[BINS];
-    double all_told;
+    double all_squares;
 };
 
 struct allocation *allocation_create(double error)
@@ -56,14 +56,14 @@ static int bin_of(const struct allocation *allocation, double gain)
     return octave * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
 }
 
-void allocation_add(struct allocation *allocation, double gain, double told, double effort,
+void allocation_add(struct allocation *allocation, double gain, double square, double effort,
                     unsigned most)
 {
     int bin = bin_of(allocation, gain);
-    allocation->told[bin][most] += told;
+    allocation->squares[bin][most] += square;
     allocation->efforts[bin][most] += effort;
     allocation->used[bin] = true;
-    allocation->all_told += told;
+    allocation->all_squares += square;
 }
 
 void allocation_join(struct allocation *allocation, const struct allocation *other)
@@ -73,16 +73,16 @@ void allocation_join(struct allocation *allocation, const struct allocation *oth
         if (!other->used[bin]) continue;
         allocation->used[bin] = true;
         for (unsigned most = 0; most <= LEVEL_MAX; most++) {
-            allocation->told[bin][most] += other->told[bin][most];
+            allocation->squares[bin][most] += other->squares[bin][most];
             allocation->efforts[bin][most] += other->efforts[bin][most];
         }
     }
-    allocation->all_told += other->all_told;
+    allocation->all_squares += other->all_squares;
 }
 
-double allocation_told(const struct allocation *allocation)
+double allocation_squares(const struct allocation *allocation)
 {
-    return allocation->all_told;
+    return allocation->all_squares;
 }
 
 /* Twice as many samples leave 2^-3/2 of a pixel's squared error (allocation.h) and, at twice the cost, half as much of
@@ -111,7 +111,7 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
         unsigned most = allocation_doublings(bin_end(allocation, bin), limit, LEVEL_MAX);
         double factor = 1;
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
-            sum.left += factor * allocation->told[bin][k];
+            sum.left += factor * allocation->squares[bin][k];
             sum.effort += efforts[k < most ? k : most] * allocation->efforts[bin][k];
             if (k >= most) continue;
             factor *= ERROR_OF_DOUBLE;

@@ -26,25 +26,25 @@ void allocation_destroy(struct allocation *allocation);
  */
 #define EFFORT_POWER 0.88
 
-/* Adds a pixel. gain: e / cost, >= 0; told: its squared error estimated from the halves, >= 0; effort: that of doubling
+/* Adds a pixel. gain: e / cost, >= 0; square: squared error estimated from the halves, >= 0; effort: that of doubling
  * its samples once; all finite. most: how often they can be doubled, <= LEVEL_MAX. */
-void allocation_add(struct allocation *allocation, double gain, double told, double effort,
+void allocation_add(struct allocation *allocation, double gain, double square, double effort,
                     unsigned most);
 
 /* Adds all pixels of another allocation, which was created with the same error. */
 void allocation_join(struct allocation *allocation, const struct allocation *other);
 
-/* Sum of told over all pixels that were added. */
-double allocation_told(const struct allocation *allocation);
+/* Sum of the squares of all pixels that were added. */
+double allocation_squares(const struct allocation *allocation);
 
-/* The outcome of a limit: what it leaves of the sum of told, and the effort of all further samples, if each pixel gets
+/* The outcome of a limit: what it leaves of all squares, and the effort of all further samples, if each pixel gets
  * its own in a single pass. */
 struct allocation_outcome {
     double left, effort;
 };
 struct allocation_outcome allocation_under(const struct allocation *allocation, double limit);
 
-/* The highest limit that leaves at most `goal` of the sum of told, to an eighth of an octave; 0: none does. */
+/* The highest limit that leaves at most `goal` of the sum of squares, to an eighth of an octave; 0: none does. */
 double allocation_limit(const struct allocation *allocation, double goal);
 
 /* The lowest limit whose effort is at most `effort`, to an eighth of an octave; where even the fewest samples take

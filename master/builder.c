@@ -195,7 +195,7 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
 
 #define FAR_CORNERS "two corners are too far apart, expected finite distances"
 
-static bool corners_near(const struct builder *builder, const uint32_t corners[3])
+static bool triangle_edges_finite(const struct builder *builder, const uint32_t corners[3])
 {
     return edges_finite(builder_vertex(builder, corners[0]), builder_vertex(builder, corners[1]),
                         builder_vertex(builder, corners[2]));
@@ -205,7 +205,7 @@ const char *builder_add_triangle(struct builder *builder, const struct triangle 
 {
     assert(indices_valid(triangle->vertex, builder->vertices.count));
     assert(triangle->material < builder->materials.count);
-    if (!corners_near(builder, triangle->vertex)) return FAR_CORNERS;
+    if (!triangle_edges_finite(builder, triangle->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
 }
 
@@ -214,7 +214,7 @@ const char *builder_add_patch(struct builder *builder, const struct patch *patch
     assert(indices_valid(patch->vertex, builder->vertices.count));
     assert(indices_valid(patch->normal, builder->normals.count));
     assert(patch->material < builder->materials.count);
-    if (!corners_near(builder, patch->vertex)) return FAR_CORNERS;
+    if (!triangle_edges_finite(builder, patch->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_PATCH, patch);
 }
 
@@ -257,35 +257,35 @@ struct coincidences builder_coincidences(const struct builder *builder, enum pri
 }
 
 /* Support function of a disc around its centre; normal: unit. */
-static double disc_reach(struct vec3 normal, double radius, struct vec3 direction)
+static double disc_support(struct vec3 normal, double radius, struct vec3 direction)
 {
     double along = vec_dot(normal, direction);
     return radius * sqrt(fmax(0, vec_dot(direction, direction) - along * along));
 }
 
-static double corners_reach(const struct builder *builder, const uint32_t vertex[3],
-                            struct vec3 origin, struct vec3 direction)
+static double corners_support(const struct builder *builder, const uint32_t vertex[3],
+                              struct vec3 origin, struct vec3 direction)
 {
     double most = -HUGE_VAL;
     for (int i = 0; i < 3; i++) {
         struct vec3 corner = vec_sub(builder_vertex(builder, vertex[i]), origin);
-        double reach = vec_dot(corner, direction);
-        if (reach > most)
-            most = reach; /* fmax() would be a function call, of which large meshes make millions */
+        double support = vec_dot(corner, direction);
+        if (support > most)
+            most = support; /* fmax() would be a call, of which large meshes make millions */
     }
     return most;
 }
 
-static double cone_reach(const struct cone *cone, struct vec3 origin, struct vec3 direction)
+static double cone_support(const struct cone *cone, struct vec3 origin, struct vec3 direction)
 {
     struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
     return fmax(vec_dot(vec_sub(cone->base, origin), direction) +
-                    disc_reach(axis, cone->base_radius, direction),
+                    disc_support(axis, cone->base_radius, direction),
                 vec_dot(vec_sub(cone->apex, origin), direction) +
-                    disc_reach(axis, cone->apex_radius, direction));
+                    disc_support(axis, cone->apex_radius, direction));
 }
 
-static double box_reach(const struct box *box, struct vec3 origin, struct vec3 direction)
+static double box_support(const struct box *box, struct vec3 origin, struct vec3 direction)
 {
     struct vec3 corner = {direction.x > 0 ? box->max.x : box->min.x,
                           direction.y > 0 ? box->max.y : box->min.y,
@@ -293,26 +293,26 @@ static double box_reach(const struct box *box, struct vec3 origin, struct vec3 d
     return vec_dot(vec_sub(corner, origin), direction);
 }
 
-static double primitive_reach(const struct builder *builder, enum primitive_kind kind,
-                              const void *item, struct vec3 origin, struct vec3 direction)
+static double primitive_support(const struct builder *builder, enum primitive_kind kind,
+                                const void *item, struct vec3 origin, struct vec3 direction)
 {
     const struct sphere *sphere = item;
     const struct disc *disc = item;
     switch (kind) {
     case PRIMITIVE_TRIANGLE:
-        return corners_reach(builder, ((const struct triangle *)item)->vertex, origin, direction);
+        return corners_support(builder, ((const struct triangle *)item)->vertex, origin, direction);
     case PRIMITIVE_PATCH:
-        return corners_reach(builder, ((const struct patch *)item)->vertex, origin, direction);
+        return corners_support(builder, ((const struct patch *)item)->vertex, origin, direction);
     case PRIMITIVE_SPHERE:
         return vec_dot(vec_sub(sphere->center, origin), direction) +
                sphere->radius * vec_length(direction);
     case PRIMITIVE_BOX:
-        return box_reach(item, origin, direction);
+        return box_support(item, origin, direction);
     case PRIMITIVE_DISC:
         return vec_dot(vec_sub(disc->center, origin), direction) +
-               disc_reach(disc->normal, disc->radius, direction);
+               disc_support(disc->normal, disc->radius, direction);
     case PRIMITIVE_CONE:
-        return cone_reach(item, origin, direction);
+        return cone_support(item, origin, direction);
     case PRIMITIVE_PLANE:
     case PRIMITIVE_KINDS:
         break;
@@ -320,21 +320,22 @@ static double primitive_reach(const struct builder *builder, enum primitive_kind
     return -HUGE_VAL;
 }
 
-bool builder_reach(const struct builder *builder, struct vec3 origin, unsigned count,
-                   const struct vec3 *directions, double *reach)
+bool builder_support(const struct builder *builder, struct vec3 origin, unsigned count,
+                     const struct vec3 *directions, double *support)
 {
     uint64_t found = 0;
     for (unsigned k = 0; k < count; k++)
-        reach[k] = -HUGE_VAL;
+        support[k] = -HUGE_VAL;
     for (int kind = 0; kind < PRIMITIVE_PLANE; kind++) {
         const struct list *list = &builder->primitives[kind];
         size_t size = primitive_size((enum primitive_kind)kind);
         found += list->count;
         for (uint64_t i = 0; i < list->count; i++)
             for (unsigned k = 0; k < count; k++)
-                reach[k] = fmax(reach[k], primitive_reach(builder, (enum primitive_kind)kind,
-                                                          (const char *)list->items + i * size,
-                                                          origin, directions[k]));
+                support[k] =
+                    fmax(support[k], primitive_support(builder, (enum primitive_kind)kind,
+                                                       (const char *)list->items + i * size, origin,
+                                                       directions[k]));
     }
     return found > 0;
 }
@@ -343,10 +344,10 @@ bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3
 {
     static const struct vec3 sides[6] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
                                          {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
-    double reach[6];
-    bool any = builder_reach(builder, vec3(0, 0, 0), 6, sides, reach);
-    *max = vec3(reach[0], reach[1], reach[2]);
-    *min = vec3(-reach[3], -reach[4], -reach[5]);
+    double support[6];
+    bool any = builder_support(builder, vec3(0, 0, 0), 6, sides, support);
+    *max = vec3(support[0], support[1], support[2]);
+    *min = vec3(-support[3], -support[4], -support[5]);
     return any;
 }
 

@@ -50,11 +50,11 @@ struct coincidences builder_coincidences(const struct builder *builder, enum pri
 
 /*
  * The support function of all primitives but planes, relative to origin: for each of `count` directions the maximum of
- * (point - origin) . direction, into reach. false when there are none. Infinite where a primitive is as large as
+ * (point - origin) . direction, into support. false when there are none. Infinite where a primitive is as large as
  * doubles go.
  */
-bool builder_reach(const struct builder *builder, struct vec3 origin, unsigned count,
-                   const struct vec3 *directions, double *reach);
+bool builder_support(const struct builder *builder, struct vec3 origin, unsigned count,
+                     const struct vec3 *directions, double *support);
 
 /*
  * The axis-aligned box around all primitives but planes; false when there are none. Corners may be infinite where a

@@ -14,7 +14,7 @@ void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
     /* Each row of a tile is on another page. The pages are mapped here, before the first tile comes, and are
      * huge pages where the system grants them: otherwise each costs the master a page fault while the renderers
      * wait. */
-    canvas->rgb = allocate_there((size_t)width * height, 3 * sizeof *canvas->rgb);
+    canvas->rgb = allocate_prefaulted((size_t)width * height, 3 * sizeof *canvas->rgb);
 }
 
 void canvas_free(struct canvas *canvas)

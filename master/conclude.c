@@ -168,7 +168,7 @@ static bool judge_limit(const struct run *run, const struct service *service)
                    "sampling.time_limit = %g s was over before any sample was taken, expected "
                    "a longer one: rendering began after %.3g s (%s), %.3g s were kept for writing "
                    "and for telling the error",
-                   limit, service->began - run->start, parts, service->kept_s);
+                   limit, service->began_at - run->start, parts, service->reserved_s);
         free(parts);
         return false;
     }

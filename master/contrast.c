@@ -76,14 +76,15 @@ static void take_farther(const struct differences *to, struct differences *farth
 }
 
 static void take_opposite(const struct differences *restrict to,
-                          const struct differences *restrict farthest, double *restrict across)
+                          const struct differences *restrict farthest,
+                          double *restrict most_opposite)
 {
     OVER_PIXELS
     for (uint32_t i = 0; i < CHUNK; i++) {
         double product = farthest->x[i] * to->x[i] + farthest->y[i] * to->y[i];
         double opposite = -(product + farthest->z[i] * to->z[i]);
-        bool more = (opposite > across[i]) & (to->square[i] > 0);
-        across[i] = more ? opposite : across[i];
+        bool more = (opposite > most_opposite[i]) & (to->square[i] > 0);
+        most_opposite[i] = more ? opposite : most_opposite[i];
     }
 }
 
@@ -142,8 +143,8 @@ static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, ui
     }
     for (uint32_t i = 0; i < count; i++) {
         contrasts->largest[first + i] = farthest.square[i] / 3;
-        contrasts->across[first + i] = opposite[i] / 3;
-        contrasts->around[first + i] =
+        contrasts->edge_variance[first + i] = opposite[i] / 3;
+        contrasts->range_variance[first + i] =
             (range_variance(&extremes[0], i) + range_variance(&extremes[1], i) +
              range_variance(&extremes[2], i)) /
             3;

@@ -17,10 +17,10 @@ void color_row_take(const struct color_row *row, const struct canvas *canvas, in
 
 /* The result for each pixel of a row; arrays of the row's width, the caller's. */
 struct contrasts {
-    double *largest, *across; /* C^2 and P of master/adaptive.h */
+    double *largest, *edge_variance; /* C^2 and P of master/adaptive.h */
     /* The largest variance that single samples can have whose colours lie between those of the neighbours, whatever the
      * pixel's own colour is. */
-    double *around;
+    double *range_variance;
 };
 
 /*

@@ -12,22 +12,22 @@
 
 /* Working storage for finding the groups. */
 struct muster {
-    const struct berth *berths;  /* per renderer, as are the other arrays */
-    const struct berth **sorted; /* by machine */
-    uint32_t *parent;            /* union_find.h */
-    uint32_t *cores;             /* cores of the group whose first renderer this is */
+    const struct affinity *affinities; /* per renderer, as are the other arrays */
+    const struct affinity **sorted;    /* by machine */
+    uint32_t *parent;                  /* union_find.h */
+    uint32_t *cores;                   /* cores of the group whose first renderer this is */
 };
 
-static bool is_known(const struct berth *berth)
+static bool is_known(const struct affinity *affinity)
 {
-    return berth->machine[0] != '\0' && CPU_COUNT(&berth->cores) > 0;
+    return affinity->machine[0] != '\0' && CPU_COUNT(&affinity->cores) > 0;
 }
 
 /* Joins the renderer to the groups of all that may use one of its cores. has: per core, a renderer that may use
  * it. */
 static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETSIZE])
 {
-    const cpu_set_t *cores = &muster->berths[renderer].cores;
+    const cpu_set_t *cores = &muster->affinities[renderer].cores;
     int left = CPU_COUNT(cores);
     for (size_t core = 0; left > 0; core++) {
         if (!CPU_ISSET(core, cores)) continue;
@@ -37,29 +37,31 @@ static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETS
     }
 }
 
-/* Finds the groups of one machine; berths: those of its renderers. */
-static void join_machine(struct muster *muster, const struct berth *const *berths, uint32_t count)
+/* Finds the groups of one machine; affinities: those of its renderers. */
+static void join_machine(struct muster *muster, const struct affinity *const *affinities,
+                         uint32_t count)
 {
     uint32_t has[CPU_SETSIZE];
     memset(has, 0xff, sizeof has);
     for (uint32_t i = 0; i < count; i++)
-        if (is_known(berths[i])) join(muster, (uint32_t)(berths[i] - muster->berths), has);
+        if (is_known(affinities[i]))
+            join(muster, (uint32_t)(affinities[i] - muster->affinities), has);
     for (size_t core = 0; core < CPU_SETSIZE; core++)
         if (has[core] != NOBODY) muster->cores[union_find_root(muster->parent, has[core])]++;
 }
 
 static int by_machine(const void *first, const void *second)
 {
-    const struct berth *a = *(const struct berth *const *)first;
-    const struct berth *b = *(const struct berth *const *)second;
+    const struct affinity *a = *(const struct affinity *const *)first;
+    const struct affinity *b = *(const struct affinity *const *)second;
     return memcmp(a->machine, b->machine, sizeof a->machine);
 }
 
 static void join_all(struct muster *muster, uint32_t renderers)
 {
-    const struct berth **sorted = muster->sorted;
+    const struct affinity **sorted = muster->sorted;
     for (uint32_t i = 0; i < renderers; i++)
-        sorted[i] = &muster->berths[i];
+        sorted[i] = &muster->affinities[i];
     union_find_init(muster->parent, renderers);
     qsort(sorted, renderers, sizeof *sorted, by_machine);
     for (uint32_t begin = 0, end = 0; begin < renderers; begin = end) {
@@ -89,9 +91,9 @@ static void number(struct crowd *crowd, struct muster *muster)
     }
 }
 
-void crowd_init(struct crowd *crowd, const struct berth *berths, uint32_t renderers)
+void crowd_init(struct crowd *crowd, const struct affinity *affinities, uint32_t renderers)
 {
-    struct muster muster = {.berths = berths,
+    struct muster muster = {.affinities = affinities,
                             .sorted = allocate(renderers, sizeof *muster.sorted),
                             .parent = allocate(renderers, sizeof *muster.parent),
                             .cores = allocate_zeroed(renderers, sizeof *muster.cores)};

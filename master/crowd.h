@@ -7,7 +7,7 @@
 
 #include <stdint.h>
 
-struct berth;
+struct affinity;
 
 struct crowd_group {
     uint32_t renderers;
@@ -23,9 +23,9 @@ struct crowd {
     uint32_t cores;
 };
 
-/* Finds the groups. berths: one per renderer. A renderer of which nothing is known counts as having its own
+/* Finds the groups. affinities: one per renderer. A renderer of which nothing is known counts as having its own
  * core. Freed by crowd_free(). */
-void crowd_init(struct crowd *crowd, const struct berth *berths, uint32_t renderers);
+void crowd_init(struct crowd *crowd, const struct affinity *affinities, uint32_t renderers);
 void crowd_free(struct crowd *crowd);
 
 #endif

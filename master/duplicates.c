@@ -99,7 +99,7 @@ static struct table table_for(uint64_t count)
     uint64_t slots = 2;
     while (slots < 2 * count)
         slots *= 2;
-    return (struct table){allocate_there(slots, sizeof(struct slot)), slots - 1};
+    return (struct table){allocate_prefaulted(slots, sizeof(struct slot)), slots - 1};
 }
 
 /* Enters item number `index`, unless an earlier one of `all` coincides with it. Returns the number of the item that has

@@ -26,7 +26,8 @@ struct coincidences {
 
 /*
  * Finds coincident items that transmit light. They are not dropped, as each of them is hit and splits the light. A face
- * that looks the other way does not count: it may be the border of another medium that touches the first one's. Parameters and memory as above.
+ * that looks the other way does not count: it may be the border of another medium that touches the first one's.
+ * Parameters and memory as above.
  */
 struct coincidences find_coincidences(enum primitive_kind kind, const void *items, uint64_t count,
                                       const struct vec3 *vertices, uint64_t vertex_count,

@@ -4,14 +4,14 @@
 
 #include "master/allocation.h"
 
-/* LATER_SECONDS: seconds per effort of the passes after the first, relative to the first pass. Pixels in even areas are
+/* LATER_RATIO: seconds per effort of the passes after the first, relative to the first pass. Pixels in even areas are
  * quick and get no samples later on. This ratio was 0.8 to 1.9 at the end of runs of 21 scenes, with a median of 1.3;
- * but early passes are small and up to twice as expensive. So LATER_SECONDS times the first pass's seconds is a prior,
+ * but early passes are small and up to twice as expensive. So LATER_RATIO times the first pass's seconds is a prior,
  * weighted as LATER_WEIGHT of its effort, to what the later passes themselves have shown. Of 527 forecasts from runs of
  * these scenes, to a half to a quarter of their error, 40 are then more than 20 % off; with half of this weight 58, and
  * with both half of it and 1.36 in place of 1.26, 64. */
-#define LATER_SECONDS 1.26
-#define LATER_WEIGHT  0.2
+#define LATER_RATIO  1.26
+#define LATER_WEIGHT 0.2
 
 void effort_init(struct effort *effort, const struct levels *levels)
 {
@@ -44,9 +44,9 @@ double effort_later_seconds(const struct effort *effort)
     return effort->on_later.seconds;
 }
 
-double effort_seconds(const struct effort *effort)
+double effort_seconds_per_unit(const struct effort *effort)
 {
     const struct spent *first = &effort->on_first, *later = &effort->on_later;
-    return (later->seconds + LATER_WEIGHT * LATER_SECONDS * first->seconds) /
+    return (later->seconds + LATER_WEIGHT * LATER_RATIO * first->seconds) /
            (later->effort + LATER_WEIGHT * first->effort);
 }

@@ -39,6 +39,6 @@ double effort_first_seconds(const struct effort *effort);
 double effort_later_seconds(const struct effort *effort);
 
 /* Predicted CPU seconds per effort of a pass that refines pixels. NaN: nothing is known. */
-double effort_seconds(const struct effort *effort);
+double effort_seconds_per_unit(const struct effort *effort);
 
 #endif

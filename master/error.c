@@ -39,32 +39,32 @@ static double log_spread(const struct error_sum *sum)
  * samples. */
 static const double miss_parts[] = {[ERROR_LOOK_PASS] = 0.8, [ERROR_LOOK_BETWEEN] = 0.2};
 
-struct error_estimate error_estimate(const struct error_told *told, uint64_t pixels,
+struct error_estimate error_estimate(const struct error_breakdown *breakdown, uint64_t pixels,
                                      enum error_look look, unsigned number)
 {
-    const struct error_sum *sum = &told->sum;
+    const struct error_sum *sum = &breakdown->sum;
     if (pixels == 0 || !(sum->squares > 0)) return (struct error_estimate){0, 0, 0};
     double miss = (1 - ERROR_CONFIDENCE) * miss_parts[look] * 6 / (M_PI * M_PI * number * number);
     /* The estimate is compared with what these pixels' errors happen to be. Their sum is as uncertain as the estimate,
      * and independent of it but for the pixels that both share. */
     double luck = normal_quantile(miss) * M_SQRT2 * log_spread(sum);
-    double less = (told->hidden + told->carried) / sum->squares * log(HIDDEN_LEAST);
-    double more = told->hidden / sum->squares * log(HIDDEN_MOST);
+    double less = (breakdown->hidden + breakdown->carried) / sum->squares * log(HIDDEN_LEAST);
+    double more = breakdown->hidden / sum->squares * log(HIDDEN_MOST);
     double rmse = sqrt(sum->squares / (double)pixels);
     return (struct error_estimate){rmse, rmse * exp(-hypot(luck, less) / 2),
                                    rmse * exp(hypot(luck, more) / 2)};
 }
 
-bool error_point(const struct error_told *told, uint64_t pixels, double seconds,
+bool error_point(const struct error_breakdown *breakdown, uint64_t pixels, double seconds,
                  struct error_point *point)
 {
-    const struct error_sum *sum = &told->sum;
+    const struct error_sum *sum = &breakdown->sum;
     if (pixels == 0 || !(seconds > 0) || !(sum->squares > 0) || !isfinite(sum->squares))
         return false;
-    double share = told->hidden / sum->squares;
+    double share = breakdown->hidden / sum->squares;
     *point = (struct error_point){.seconds = seconds,
                                   .rmse = sqrt(sum->squares / (double)pixels),
-                                  .spread = hypot(log_spread(sum), HIDDEN_SPREAD * share) / 2};
+                                  .log_spread = hypot(log_spread(sum), HIDDEN_SPREAD * share) / 2};
     return true;
 }
 
@@ -103,5 +103,5 @@ void error_row_csv(FILE *out, const struct error_row *row)
     put_cell(out, row->estimate.low, ",");
     put_cell(out, row->estimate.high, ",");
     put_cell(out, row->true_rmse, ",");
-    put_cell(out, row->share, "\n");
+    put_cell(out, row->sampled_share, "\n");
 }

@@ -18,7 +18,7 @@
 #define ERROR_CONFIDENCE 0.95
 
 /* What is known of the errors of pixels, squared. */
-struct error_told {
+struct error_breakdown {
     /* squares: including hidden and carried. fourths: bounds the variance of squares by chance. */
     struct error_sum sum;
     /* Parts of sum.squares that the pixels' halves do not show (master/hidden.h). */
@@ -62,18 +62,18 @@ enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
  * narrow for a single pixel, or where one pixel has nearly all of the error: a single error does not show how much such
  * a sum scatters.
  */
-struct error_estimate error_estimate(const struct error_told *told, uint64_t pixels,
+struct error_estimate error_estimate(const struct error_breakdown *breakdown, uint64_t pixels,
                                      enum error_look look, unsigned number);
 
-/* An observed error, for a forecast. spread: standard deviation of the logarithm of rmse, at most. */
+/* An observed error, for a forecast. log_spread: standard deviation of the logarithm of rmse, at most. */
 struct error_point {
     double seconds; /* of rendering; not always used */
     double rmse;
-    double spread;
+    double log_spread;
 };
 
 /* Sets a point from the errors of `pixels` pixels. false: no error has been observed. */
-bool error_point(const struct error_told *told, uint64_t pixels, double seconds,
+bool error_point(const struct error_breakdown *breakdown, uint64_t pixels, double seconds,
                  struct error_point *point);
 
 /* A row of the log: a moment of a run. */
@@ -83,7 +83,7 @@ struct error_row {
     struct error_estimate estimate;
     double true_rmse; /* measured against the reference; NAN without one */
     /* The part of the picture's pixels that have samples; the estimate is about these. */
-    double share;
+    double sampled_share;
 };
 
 struct error_log {

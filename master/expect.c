@@ -62,7 +62,7 @@ struct smooth {
 
 /* What a thread needs while it works on a band. */
 struct band {
-    const struct sampled *pixels;
+    const struct picture_statistics *pixels;
     uint32_t width;
     struct smooth variance, spread;
     struct color_row colors[3];
@@ -106,7 +106,7 @@ static double weight_inside(uint32_t at, uint32_t size)
     return sum;
 }
 
-static void band_init(struct band *band, const struct sampled *pixels)
+static void band_init(struct band *band, const struct picture_statistics *pixels)
 {
     size_t width = pixels->canvas->width, blocks = block_count(pixels->canvas);
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
@@ -132,13 +132,13 @@ static void band_free(struct band *band)
 }
 
 /* v of a pixel as estimated from its own halves. */
-static double own_variance(const struct sampled *pixels, size_t i)
+static double own_variance(const struct picture_statistics *pixels, size_t i)
 {
     return own_error(pixels->difference + 3 * i) * pixels->levels->power[pixels->level[i]];
 }
 
 /* S of a pixel. Where it is unknown, with two samples or not finite, it is replaced by v estimated from its halves. */
-static double own_spread(const struct sampled *pixels, size_t i)
+static double own_spread(const struct picture_statistics *pixels, size_t i)
 {
     double samples = pixels->levels->samples[pixels->level[i]], spread = (double)pixels->spread[i];
     bool known = samples > 2 && spread >= 0 && spread < HUGE_VAL;
@@ -203,9 +203,9 @@ static double variance_of(double around, double spread_around, double spread, do
     return (PRIOR * around + (samples - 2) * ratio * spread) / (PRIOR + samples - 2);
 }
 
-static void expect_row(struct band *band, uint32_t y, double *error, float *warned)
+static void expect_row(struct band *band, uint32_t y, double *error, float *predicted_rms)
 {
-    const struct sampled *pixels = band->pixels;
+    const struct picture_statistics *pixels = band->pixels;
     find_around(band, &band->variance, y);
     find_around(band, &band->spread, y);
     find_contrasts(band, y);
@@ -213,16 +213,16 @@ static void expect_row(struct band *band, uint32_t y, double *error, float *warn
         size_t i = (size_t)y * band->width + x;
         double samples = pixels->levels->samples[pixels->level[i]];
         double power = pixels->levels->power[pixels->level[i]];
-        double around = band->variance.around[x], across = band->contrasts.across[x];
+        double around = band->variance.around[x], edge_variance = band->contrasts.edge_variance[x];
         double missed = MISSED / (samples * samples * samples);
         double own = own_variance(pixels, i);
         double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
-        if (own > SURPRISE * (around + across)) band->surprise[block_of(x)] += own;
+        if (own > SURPRISE * (around + edge_variance)) band->surprise[block_of(x)] += own;
         error[i] = variance_of(around, spread_around, spread, samples) / power +
-                   missed * (band->contrasts.largest[x] + across);
+                   missed * (band->contrasts.largest[x] + edge_variance);
         /* Of 4 samples at an edge between two neighbours' colours, the halves' error is at most 8 times the second
          * term. */
-        warned[i] = (float)sqrt((around + band->contrasts.around[x]) / power);
+        predicted_rms[i] = (float)sqrt((around + band->contrasts.range_variance[x]) / power);
     }
 }
 
@@ -238,7 +238,7 @@ static void spread_blocks(const struct band *band, uint32_t rows)
 /* Adds the error of surprises that may still be there: each pixel gets the mean of its block. */
 static void expect_surprises(const struct band *band, uint32_t y, double *error)
 {
-    const struct sampled *pixels = band->pixels;
+    const struct picture_statistics *pixels = band->pixels;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
         error[i] += band->surprise[block_of(x)] / pixels->levels->power[pixels->level[i]];
@@ -246,9 +246,9 @@ static void expect_surprises(const struct band *band, uint32_t y, double *error)
 }
 
 struct expectation {
-    const struct sampled *pixels;
+    const struct picture_statistics *pixels;
     double *error;
-    float *warned;
+    float *predicted_rms;
 };
 
 static void expect_band(void *context, uint32_t number)
@@ -264,7 +264,7 @@ static void expect_band(void *context, uint32_t number)
     color_row_take(&band.colors[begin % 3], canvas, begin);
     for (uint32_t y = begin; y < end; y++) {
         take_row(&band, (int64_t)y + REACH);
-        expect_row(&band, y, it->error, it->warned);
+        expect_row(&band, y, it->error, it->predicted_rms);
     }
     spread_blocks(&band, end - begin);
     for (uint32_t y = begin; y < end; y++)
@@ -272,8 +272,9 @@ static void expect_band(void *context, uint32_t number)
     band_free(&band);
 }
 
-void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned)
+void expect_errors(const struct picture_statistics *pixels, struct crew *crew, double *error,
+                   float *predicted_rms)
 {
-    struct expectation it = {pixels, error, warned};
+    struct expectation it = {pixels, error, predicted_rms};
     crew_share(crew, band_count(pixels->canvas), expect_band, &it);
 }

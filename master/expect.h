@@ -13,8 +13,9 @@
 #define SURPRISE 8
 
 /* Sets for each pixel its expected squared error, which is finite, as squares of floats are far inside the range of
- * doubles; and in warned the root of the squared error predicted from its neighbourhood alone, whatever its own samples
+ * doubles; and in predicted_rms the root of that predicted from its neighbourhood alone, whatever its own samples
  * have hit. All pixels must have samples. The crew must be idle; NULL: the caller works alone. */
-void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned);
+void expect_errors(const struct picture_statistics *pixels, struct crew *crew, double *error,
+                   float *predicted_rms);
 
 #endif

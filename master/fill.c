@@ -20,7 +20,7 @@ struct neighbour {
 static int neighbours_of(const struct canvas *canvas, uint32_t lattice, uint32_t x, uint32_t y,
                          struct neighbour found[4])
 {
-    uint32_t spacing = lattice_rows(lattice);
+    uint32_t spacing = lattice_row_step(lattice);
     const int(*steps)[2] = lattice % 2 ? diagonal : straight;
     int count = 0;
     for (int i = 0; i < 4; i++) {
@@ -67,7 +67,7 @@ static void guess(const struct canvas *canvas, const uint8_t *known, const struc
     struct neighbour around[4];
     int count = neighbours_of(canvas, lattice, x, y, around);
     int there = count_known(canvas, known, around, count);
-    if (blocks_tell_more(preview->edge, lattice_rows(lattice), count, there))
+    if (blocks_tell_more(preview->edge, lattice_row_step(lattice), count, there))
         (void)preview_between(preview, x, y, color);
     else
         mean_of(canvas, around, count, color);
@@ -76,8 +76,8 @@ static void guess(const struct canvas *canvas, const uint8_t *known, const struc
 static void fill_lattice(struct canvas *canvas, const uint8_t *known, const struct preview *preview,
                          uint32_t lattice)
 {
-    uint32_t rows = lattice_between_rows(lattice), step = lattice_between_step(lattice);
-    for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
+    uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
+    for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x])
                 guess(canvas, known, preview, lattice, x, y, canvas_at(canvas, x, y));
@@ -114,7 +114,7 @@ static double squared_miss(const float a[3], const float b[3])
 static bool is_whole(const struct canvas *canvas, const uint8_t *known, uint32_t lattice)
 {
     uint32_t step = lattice_step(lattice);
-    for (uint32_t y = 0; y < canvas->height; y += lattice_rows(lattice))
+    for (uint32_t y = 0; y < canvas->height; y += lattice_row_step(lattice))
         for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x]) return false;
     return true;
@@ -134,8 +134,8 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
                       const struct preview *preview, uint32_t lattice)
 {
     double sum = 0, count = 0;
-    uint32_t rows = lattice_between_rows(lattice), step = lattice_between_step(lattice);
-    for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
+    uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
+    for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step) {
             float color[3];
             if (is_accompanied(canvas, known, x, y)) continue;

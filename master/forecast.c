@@ -4,14 +4,14 @@
 
 /* The power law from now to goal. times: by how much the logarithm of time grows until the goal is reached.
  * slope_spread: standard deviation of the slope that comes from the uncertainty of the errors. */
-static struct error_forecast law_to(const struct error_point *now, double goal, double times,
+static struct error_forecast law_to(const struct error_point *now, double goal, double log_time,
                                     double slope_spread)
 {
     struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds, .goal = goal};
-    if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
-    forecast.slope = log(now->rmse / goal) / times;
+    if (!(goal < now->rmse && log_time > 0 && log_time < HUGE_VAL)) return forecast;
+    forecast.slope = log(now->rmse / goal) / log_time;
     /* FORECAST_SPREAD is relative to what is still to come, which is less than the whole time. */
-    double foresight = FORECAST_SPREAD * -expm1(-times) * forecast.slope / times;
+    double foresight = FORECAST_SPREAD * -expm1(-log_time) * forecast.slope / log_time;
     forecast.slope_spread = hypot(foresight, slope_spread);
     forecast.known = true;
     return forecast;
@@ -19,32 +19,32 @@ static struct error_forecast law_to(const struct error_point *now, double goal, 
 
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
 {
-    double times = log1p(more / now->seconds);
-    struct error_forecast forecast = law_to(now, goal, times, now->spread / times);
+    double log_time = log1p(more / now->seconds);
+    struct error_forecast forecast = law_to(now, goal, log_time, now->log_spread / log_time);
     forecast.beyond = more == HUGE_VAL;
     return forecast;
 }
 
-/* How the squared error goes down with the number of samples: the part `share` of it with the power FORECAST_SMOOTH,
+/* How the squared error goes down with the number of samples: `smooth_share` of it with the power FORECAST_SMOOTH,
  * the rest with `power`. This is FORECAST_EDGE, or less if share is 0. */
 struct decline {
-    double power, share;
+    double power, smooth_share;
 };
 
-/* The decline of a squared error that was divided by `went` when the number of samples was multiplied by `ratio`; both
- * are above 1. */
-static struct decline decline_of(double ratio, double went)
+/* The decline of a squared error that was divided by `error_ratio` when the number of samples was multiplied by
+ * `ratio`; both are above 1. */
+static struct decline decline_of(double ratio, double error_ratio)
 {
     double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
-    if (went <= edge) return (struct decline){log(went) / log(ratio), 0};
-    return (struct decline){FORECAST_EDGE, fmin((went - edge) / (smooth - edge), 1)};
+    if (error_ratio <= edge) return (struct decline){log(error_ratio) / log(ratio), 0};
+    return (struct decline){FORECAST_EDGE, fmin((error_ratio - edge) / (smooth - edge), 1)};
 }
 
-/* The part of the squared error that is left with `times` as many samples. */
-static double left_after(const struct decline *decline, double times)
+/* The part of the squared error that is left with `log_time` as many samples. */
+static double left_after(const struct decline *decline, double ratio)
 {
-    return (1 - decline->share) * pow(times, -decline->power) +
-           decline->share * pow(times, -FORECAST_SMOOTH);
+    return (1 - decline->smooth_share) * pow(ratio, -decline->power) +
+           decline->smooth_share * pow(ratio, -FORECAST_SMOOTH);
 }
 
 /* The factor on the number of samples that leaves the part `left`, below 1, of the squared error. */
@@ -74,7 +74,7 @@ struct halfway {
 };
 
 /* Assumed errors of the inputs: of the logarithms of both points' errors, and of the usual slope. */
-struct off {
+struct input_errors {
     double part, now, slope;
 };
 
@@ -90,7 +90,7 @@ struct apart {
     double too_steep, variance;
 };
 
-static struct apart apart_if_off(const struct halfway *it, struct off off)
+static struct apart apart_if_off(const struct halfway *it, struct input_errors off)
 {
     const struct error_point *points = it->points;
     uint32_t half = samples_halfway(it->samples);
@@ -100,7 +100,7 @@ static struct apart apart_if_off(const struct halfway *it, struct off off)
     if (!is_power_of_two(half)) apart.part -= FORECAST_UNEVEN;
     if (!is_power_of_two(it->samples)) apart.now -= FORECAST_UNEVEN;
     apart.too_steep = apart.part - apart.now - (FORECAST_SLOPE + off.slope) * apart.log_ratio;
-    apart.variance = pow(points[0].spread, 2) + pow(points[1].spread, 2) +
+    apart.variance = pow(points[0].log_spread, 2) + pow(points[1].log_spread, 2) +
                      pow(FORECAST_SLOPE_SPREAD * apart.log_ratio, 2);
     return apart;
 }
@@ -110,21 +110,21 @@ static struct apart apart_if_off(const struct halfway *it, struct off off)
 #define CONTRADICTION 3
 static bool has_gone_up(const struct halfway *it)
 {
-    struct apart apart = apart_if_off(it, (struct off){0});
-    double spread = hypot(it->points[0].spread, it->points[1].spread);
+    struct apart apart = apart_if_off(it, (struct input_errors){0});
+    double spread = hypot(it->points[0].log_spread, it->points[1].log_spread);
     return apart.now - apart.part > CONTRADICTION * spread;
 }
 
 /* How the error goes down from the last point on; *at: the logarithm of its error, corrected to powers of two and by
  * the usual slope. false: it does not go down. */
-static bool decline_if_off(const struct halfway *it, struct off off, struct decline *decline,
-                           double *at)
+static bool decline_if_off(const struct halfway *it, struct input_errors off,
+                           struct decline *decline, double *at)
 {
     struct apart apart = apart_if_off(it, off);
     /* Both errors are moved towards the usual slope, each by its part of the variance. */
     double step = apart.too_steep / apart.variance;
-    double part = apart.part - step * pow(it->points[0].spread, 2);
-    double now = apart.now + step * pow(it->points[1].spread, 2);
+    double part = apart.part - step * pow(it->points[0].log_spread, 2);
+    double now = apart.now + step * pow(it->points[1].log_spread, 2);
     *at = now;
     if (!(part > now)) return false;
     *decline = decline_of(exp(apart.log_ratio), exp(2 * (part - now)));
@@ -133,7 +133,7 @@ static bool decline_if_off(const struct halfway *it, struct off off, struct decl
 
 /* The run with the fewest samples, an even number or a power of two, that reach the goal; HUGE_VAL samples: errors do
  * not go down. */
-static struct prospect prospect_if_off(const struct halfway *it, struct off off)
+static struct prospect prospect_if_off(const struct halfway *it, struct input_errors off)
 {
     struct decline decline;
     double now;
@@ -156,18 +156,18 @@ static double log_effort(double samples)
 
 /* By how much the logarithm of time grows until the goal is reached, along a straight line to the expected run, if the
  * inputs are off by `off`; HUGE_VAL: errors do not go down. */
-static double times_if_off(const struct halfway *it, struct off off)
+static double log_time_if_off(const struct halfway *it, struct input_errors off)
 {
     struct prospect to = prospect_if_off(it, off);
     double now = it->points[1].rmse;
     if (!(to.samples < HUGE_VAL)) return HUGE_VAL;
     if (!(it->goal < now && to.rmse < now && to.samples > it->samples)) return 0;
-    double times = log_effort(to.samples) - log_effort(it->samples);
-    return times * log(now / it->goal) / log(now / to.rmse);
+    double log_time = log_effort(to.samples) - log_effort(it->samples);
+    return log_time * log(now / it->goal) / log(now / to.rmse);
 }
 
 /* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for the
- * two values of `times`. */
+ * two values of `log_time`. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
@@ -178,17 +178,18 @@ struct error_forecast error_forecast(const struct error_point points[2], uint32_
 {
     const struct halfway it = {points, samples, goal};
     if (has_gone_up(&it)) return law_to(&points[1], goal, 0, 0);
-    double a = points[0].spread, b = points[1].spread;
+    double a = points[0].log_spread, b = points[1].log_spread;
     double s = FORECAST_SLOPE_SPREAD;
-    double of_part = slope_off(&it, times_if_off(&it, (struct off){.part = a}),
-                               times_if_off(&it, (struct off){.part = -a}));
-    double of_now = slope_off(&it, times_if_off(&it, (struct off){.now = -b}),
-                              times_if_off(&it, (struct off){.now = b}));
-    double of_slope = slope_off(&it, times_if_off(&it, (struct off){.slope = s}),
-                                times_if_off(&it, (struct off){.slope = -s}));
-    struct error_forecast forecast = law_to(&points[1], goal, times_if_off(&it, (struct off){0}),
-                                            hypot(hypot(of_part, of_now), of_slope));
-    forecast.samples = prospect_if_off(&it, (struct off){0}).samples;
+    double of_part = slope_off(&it, log_time_if_off(&it, (struct input_errors){.part = a}),
+                               log_time_if_off(&it, (struct input_errors){.part = -a}));
+    double of_now = slope_off(&it, log_time_if_off(&it, (struct input_errors){.now = -b}),
+                              log_time_if_off(&it, (struct input_errors){.now = b}));
+    double of_slope = slope_off(&it, log_time_if_off(&it, (struct input_errors){.slope = s}),
+                                log_time_if_off(&it, (struct input_errors){.slope = -s}));
+    struct error_forecast forecast =
+        law_to(&points[1], goal, log_time_if_off(&it, (struct input_errors){0}),
+               hypot(hypot(of_part, of_now), of_slope));
+    forecast.samples = prospect_if_off(&it, (struct input_errors){0}).samples;
     return forecast;
 }
 
@@ -197,7 +198,7 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
     const struct halfway it = {points, samples, goal};
     struct decline decline;
     double now;
-    if (!decline_if_off(&it, (struct off){0}, &decline, &now)) return FORECAST_EDGE;
+    if (!decline_if_off(&it, (struct input_errors){0}, &decline, &now)) return FORECAST_EDGE;
     double left = pow(goal, 2) * exp(-2 * now);
     if (!(left < 1)) return FORECAST_EDGE;
     return -log(left) / log(times_samples(&decline, left));
@@ -209,7 +210,7 @@ static double seconds_at(const struct error_forecast *forecast, double rmse, dou
     return forecast->seconds * pow(forecast->rmse / rmse, 1 / slope);
 }
 
-void forecast_scatters(struct error_forecast *forecast, double plan_s)
+void forecast_set_scatter(struct error_forecast *forecast, double plan_s)
 {
     forecast->scatter = FORECAST_SCATTER * forecast->seconds + plan_s;
 }

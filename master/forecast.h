@@ -16,7 +16,7 @@ struct error_forecast {
 };
 
 /* Whether the forecast has a number of samples that can be asked for. */
-static inline bool forecast_tells_samples(const struct error_forecast *forecast)
+static inline bool forecast_has_samples(const struct error_forecast *forecast)
 {
     return forecast->samples > 0 && forecast->samples <= SAMPLES_MAX;
 }
@@ -84,7 +84,7 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
  * takes plan_s and is not part of the forecast.
  */
 #define FORECAST_SCATTER 0.02
-void forecast_scatters(struct error_forecast *forecast, double plan_s);
+void forecast_set_scatter(struct error_forecast *forecast, double plan_s);
 
 /* No slope of error against time is steeper: the error of n samples is n^-3/2 at best, and they take at least n^0.70 as
  * long. A steeper one says that a few pixels have most of the error, and will not last. */

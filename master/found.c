@@ -100,7 +100,7 @@ struct found_sums found_sum(struct found *found)
         const struct found_tile *it = &found->tiles[i];
         double used = it->tile.pass > 0 ? 1 : share_of(&found->used, &it->tile);
         double unused = it->tile.pass > 0 ? 0 : share_of(&found->unused, &it->tile);
-        sums.again_s += unused * it->busy_s;
+        sums.repeated_s += unused * it->busy_s;
         if (!(used > 0)) continue;
         sums.busy_s += used * it->busy_s;
         sums.cpu_s += used * it->cpu_s;

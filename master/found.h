@@ -47,7 +47,7 @@ void found_use_all(struct found *found);
 /* Sums over pixels. Each counts once, with the last of the tiles that contain it. */
 struct found_sums {
     double busy_s, cpu_s;        /* of the pixels used, summed over all renderers */
-    double again_s;              /* wall seconds of the unused ones */
+    double repeated_s;           /* wall seconds of the unused ones */
     struct render_counts counts; /* of the pixels used; whole numbers are rounded up */
 };
 

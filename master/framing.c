@@ -61,13 +61,13 @@ struct span {
 
 static struct span span_of(const struct subject *subject, struct vec3 axis, double slope)
 {
-    double reach[2];
+    double support[2];
     const struct vec3 sides[2] = {vec_add_scaled(axis, subject->back, slope),
                                   vec_add_scaled(vec_scale(axis, -1), subject->back, slope)};
-    if (!builder_reach(subject->builder, subject->middle, 2, sides, reach))
+    if (!builder_support(subject->builder, subject->middle, 2, sides, support))
         return (struct span){0, 1};
-    if (subject->is_aimed_at) return (struct span){0, fmax(reach[0], reach[1])};
-    return (struct span){(reach[0] - reach[1]) / 2, reach[0] / 2 + reach[1] / 2};
+    if (subject->is_aimed_at) return (struct span){0, fmax(support[0], support[1])};
+    return (struct span){(support[0] - support[1]) / 2, support[0] / 2 + support[1] / 2};
 }
 
 /* The scene is centred when the margins to its left and right differ by less than this part of its width in the

@@ -20,7 +20,7 @@ static void send(struct server *server, uint32_t renderer, enum message_tag tag,
 {
     struct tray *tray = tray_of(server, renderer);
     post_send(server->post, (int)rank_of(server, renderer), tag, bytes, size);
-    if (tray) tray_say(tray);
+    if (tray) tray_count_sent(tray);
 }
 
 void tell_stop(struct server *server, uint32_t renderer)
@@ -78,14 +78,14 @@ static size_t put_lot_header(struct server *server, uint32_t renderer, const str
                              uint32_t count, char *message)
 {
     const struct queue *queue = server->service->queue;
-    float tells[LOT_TILES];
-    struct lot_header header = {.answer_s = queue_answer_after(queue),
-                                .tells = queue_tells(queue, renderer, tiles, count, tells),
-                                .calls =
-                                    queue_lot_seconds(queue, renderer, tiles, count) < NAP_CALL};
+    float report_s[LOT_TILES];
+    struct lot_header header = {
+        .answer_s = queue_answer_after(queue),
+        .reports = queue_report_times(queue, renderer, tiles, count, report_s),
+        .wakes_master = queue_lot_seconds(queue, renderer, tiles, count) < NAP_CALL};
     memcpy(message, &header, sizeof header);
-    memcpy(message + sizeof header, tells, header.tells * sizeof *tells);
-    return sizeof header + lot_tells_bytes(header.tells);
+    memcpy(message + sizeof header, report_s, header.reports * sizeof *report_s);
+    return sizeof header + lot_report_bytes(header.reports);
 }
 
 /* Writes the TILES message of a lot into `message`, which has room for TILES_MAX_BYTES; returns its length. The

@@ -6,7 +6,7 @@
 #include "common/message.h"
 #include "master/expect.h"
 
-/* Special values of struct hidden's expected. OPEN: no plan has left the pixel at its present level. MET: at some level
+/* Special values of struct hidden's state. OPEN: no plan has left the pixel at its present level. MET: at some level
  * its samples had hit something, and its own halves show what later samples leave of the error. WARNED: a plan has left
  * it although it was warned, because its own samples had hit nothing. */
 #define OPEN   (-1.0f)
@@ -14,11 +14,11 @@
 #define WARNED (-3.0f)
 
 struct hidden {
-    float *expected; /* per pixel: warned of hidden_leave(), or one of the values above */
+    float *state; /* per pixel: predicted_rms of hidden_leave(), or one of the values above */
     /* Per pixel, an index into records: its state when it left a level. 0: none. */
-    uint32_t *met;         /* a level at which it had hit something */
-    uint32_t *found;       /* the last level at which it had missed what was found later */
-    struct known *records; /* owned; record 0 is not used */
+    uint32_t *met;   /* a level at which it had hit something */
+    uint32_t *found; /* the last level at which it had missed what was found later */
+    struct pixel_statistics *records; /* owned; record 0 is not used */
     uint32_t count;
     /* Per level: unwarned pixels that have left it; mean hidden squared error of those that are still at it. */
     uint64_t left[LEVEL_MAX + 1];
@@ -28,18 +28,18 @@ struct hidden {
 size_t hidden_pixel_bytes(void)
 {
     const struct hidden *h = NULL;
-    return sizeof *h->expected + sizeof *h->met + sizeof *h->found;
+    return sizeof *h->state + sizeof *h->met + sizeof *h->found;
 }
 
 struct hidden *hidden_create(size_t pixels)
 {
     struct hidden *hidden = allocate_zeroed(1, sizeof *hidden);
-    hidden->expected = allocate_there(pixels, sizeof *hidden->expected);
-    hidden->met = allocate_there(pixels, sizeof *hidden->met);
-    hidden->found = allocate_there(pixels, sizeof *hidden->found);
+    hidden->state = allocate_prefaulted(pixels, sizeof *hidden->state);
+    hidden->met = allocate_prefaulted(pixels, sizeof *hidden->met);
+    hidden->found = allocate_prefaulted(pixels, sizeof *hidden->found);
     hidden->count = 1; /* record 0 means none */
     for (size_t i = 0; i < pixels; i++)
-        hidden->expected[i] = OPEN;
+        hidden->state[i] = OPEN;
     return hidden;
 }
 
@@ -49,28 +49,28 @@ void hidden_destroy(struct hidden *hidden)
     free(hidden->records);
     free(hidden->found);
     free(hidden->met);
-    free(hidden->expected);
+    free(hidden->state);
     free(hidden);
 }
 
 bool hidden_is_open(const struct hidden *hidden, size_t pixel)
 {
-    return hidden->expected[pixel] == OPEN;
+    return hidden->state[pixel] == OPEN;
 }
 
-void hidden_leave(struct hidden *hidden, size_t pixel, float warned)
+void hidden_leave(struct hidden *hidden, size_t pixel, float predicted_rms)
 {
-    hidden->expected[pixel] = warned;
+    hidden->state[pixel] = predicted_rms;
 }
 
 void hidden_leave_warned(struct hidden *hidden, size_t pixel)
 {
-    hidden->expected[pixel] = WARNED;
+    hidden->state[pixel] = WARNED;
 }
 
 static bool is_left(const struct hidden *hidden, size_t pixel)
 {
-    return hidden->expected[pixel] >= 0;
+    return hidden->state[pixel] >= 0;
 }
 
 /* The later samples of a pixel, those that it got after leaving a level; the first samples are those it had there. */
@@ -89,7 +89,8 @@ static double squared(double a)
 
 /* Separates the later samples from all: statistics_put() combined means, halves and spreads, this solves for the later
  * samples' part. */
-static struct later later_of(const struct sampled *now, size_t pixel, const struct known *before)
+static struct later later_of(const struct picture_statistics *now, size_t pixel,
+                             const struct pixel_statistics *before)
 {
     double all = now->levels->samples[now->level[pixel]];
     double first = now->levels->samples[before->level], count = all - first, halves = 0;
@@ -152,7 +153,7 @@ static double missed_for(const struct later *later, double contrast)
 /* How much larger missed_for() would be if one more of the m later samples had hit the feature; it may be that none
  * has. This is about c^2 / (m n), and the halves of n first samples, one of which has hit it, show a squared error of
  * c^2 / n^2. */
-static double unseen_of(const struct later *later, const struct known *before)
+static double shortfall_of(const struct later *later, const struct pixel_statistics *before)
 {
     return later->first / later->count * own_error(before->difference);
 }
@@ -165,7 +166,7 @@ static double shown_by(const struct later *later)
     return isfinite(shown) ? shown : 0;
 }
 
-static void record(struct hidden *hidden, uint32_t *number, const struct known *before)
+static void record(struct hidden *hidden, uint32_t *number, const struct pixel_statistics *before)
 {
     if (*number == 0) {
         hidden->records = grow(hidden->records, hidden->count, sizeof *hidden->records);
@@ -174,16 +175,16 @@ static void record(struct hidden *hidden, uint32_t *number, const struct known *
     hidden->records[*number] = *before;
 }
 
-void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixel,
-                   const struct known *before)
+void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+                   const struct pixel_statistics *before)
 {
-    if (hidden->expected[pixel] == WARNED) hidden->expected[pixel] = OPEN;
+    if (hidden->state[pixel] == WARNED) hidden->state[pixel] = OPEN;
     if (!is_left(hidden, pixel)) return;
-    double expected = (double)hidden->expected[pixel], much = SURPRISE * expected * expected;
+    double predicted = (double)hidden->state[pixel], much = SURPRISE * predicted * predicted;
     double of_mean = squared((double)before->spread) / now->levels->samples[before->level];
     bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by chance */
     hidden->left[before->level]++;
-    hidden->expected[pixel] = met ? MET : OPEN;
+    hidden->state[pixel] = met ? MET : OPEN;
     if (met) {
         record(hidden, &hidden->met[pixel], before);
     } else {
@@ -192,10 +193,10 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
     }
 }
 
-static void add_met(const struct sampled *now, size_t pixel, const struct known *before,
-                    struct hidden_sum *sum)
+static void add_met(const struct picture_statistics *now, size_t pixel,
+                    const struct pixel_statistics *before, struct hidden_sum *sum)
 {
-    struct unwarned *level = &sum->levels[before->level];
+    struct level_sum *level = &sum->levels[before->level];
     struct later later = later_of(now, pixel, before);
     double contrast = stands_out(now->canvas, pixel, later.mean);
     double missed = missed_for(&later, contrast);
@@ -203,13 +204,13 @@ static void add_met(const struct sampled *now, size_t pixel, const struct known 
     /* missed^2: the feature itself might not have been hit. missed * contrast: the number of the others, missed /
      * contrast, scatters, too. */
     if (missed > 0) level->variance += missed * (missed + contrast);
-    level->unseen = fmax(level->unseen, unseen_of(&later, before));
+    level->shortfall = fmax(level->shortfall, shortfall_of(&later, before));
 }
 
 /* Where the first samples missed something, the halves do not show their error. The pixel's mean still contains it,
  * weighted with the square of the first samples' share of all samples. */
-static void add_found(const struct sampled *now, size_t pixel, const struct known *before,
-                      struct hidden_sum *sum)
+static void add_found(const struct picture_statistics *now, size_t pixel,
+                      const struct pixel_statistics *before, struct hidden_sum *sum)
 {
     struct later later = later_of(now, pixel, before);
     double carried = squared(later.first / (later.first + later.count)) * shown_by(&later);
@@ -217,12 +218,12 @@ static void add_found(const struct sampled *now, size_t pixel, const struct know
     sum->carried.fourths += carried * carried;
 }
 
-void hidden_add(const struct hidden *hidden, const struct sampled *now, size_t pixel,
+void hidden_add(const struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
                 struct hidden_sum *sum)
 {
     uint32_t met = hidden->met[pixel], found = hidden->found[pixel];
     sum->levels[now->level[pixel]].pixels += is_left(hidden, pixel);
-    sum->levels[now->level[pixel]].warned += hidden->expected[pixel] == WARNED;
+    sum->levels[now->level[pixel]].warned += hidden->state[pixel] == WARNED;
     if (met > 0) add_met(now, pixel, &hidden->records[met], sum);
     if (found > 0) add_found(now, pixel, &hidden->records[found], sum);
 }
@@ -231,13 +232,13 @@ void hidden_join(struct hidden_sum *all, const struct hidden_sum *more)
 {
     error_sum_add(&all->carried, &more->carried);
     for (unsigned k = 1; k <= LEVEL_MAX; k++) {
-        struct unwarned *to = &all->levels[k];
-        const struct unwarned *from = &more->levels[k];
+        struct level_sum *to = &all->levels[k];
+        const struct level_sum *from = &more->levels[k];
         to->pixels += from->pixels;
         to->warned += from->warned;
         to->expected += from->expected;
         to->variance += from->variance;
-        to->unseen = fmax(to->unseen, from->unseen);
+        to->shortfall = fmax(to->shortfall, from->shortfall);
     }
 }
 
@@ -253,30 +254,30 @@ static double part_there(const struct hidden *hidden, const struct hidden_sum *s
 static double hidden_in_one(const struct hidden *hidden, const struct hidden_sum *sum,
                             unsigned level)
 {
-    const struct unwarned *it = &sum->levels[level];
+    const struct level_sum *it = &sum->levels[level];
     return it->pixels > 0 ? part_there(hidden, sum, level) * it->expected / (double)it->pixels : 0;
 }
 
 /* Hidden squared error of all these, and of those left although warned, which are taken to have missed as much each. */
 static double hidden_at(const struct hidden *hidden, const struct hidden_sum *sum, unsigned level)
 {
-    const struct unwarned *it = &sum->levels[level];
+    const struct level_sum *it = &sum->levels[level];
     return hidden_in_one(hidden, sum, level) * (double)(it->pixels + it->warned);
 }
 
-struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
-                                struct error_sum halves)
+struct error_breakdown hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
+                                     struct error_sum halves)
 {
-    struct error_told told = {.sum = halves, .carried = sum->carried.squares};
+    struct error_breakdown breakdown = {.sum = halves, .carried = sum->carried.squares};
     for (unsigned level = 1; level <= LEVEL_MAX; level++) {
-        const struct unwarned *it = &sum->levels[level];
+        const struct level_sum *it = &sum->levels[level];
         double part = part_there(hidden, sum, level);
-        told.hidden += hidden_at(hidden, sum, level);
-        told.sum.fourths += part * part * (it->variance + it->unseen * it->unseen);
+        breakdown.hidden += hidden_at(hidden, sum, level);
+        breakdown.sum.fourths += part * part * (it->variance + it->shortfall * it->shortfall);
     }
-    told.sum.squares = fmax(halves.squares + sum->carried.squares, 0) + told.hidden;
-    told.sum.fourths += sum->carried.fourths;
-    return told;
+    breakdown.sum.squares = fmax(halves.squares + sum->carried.squares, 0) + breakdown.hidden;
+    breakdown.sum.fourths += sum->carried.fourths;
+    return breakdown;
 }
 
 void hidden_share(struct hidden *hidden, const struct hidden_sum *sum)
@@ -287,6 +288,6 @@ void hidden_share(struct hidden *hidden, const struct hidden_sum *sum)
 
 double hidden_of(const struct hidden *hidden, size_t pixel, unsigned level)
 {
-    bool was_left = is_left(hidden, pixel) || hidden->expected[pixel] == WARNED;
+    bool was_left = is_left(hidden, pixel) || hidden->state[pixel] == WARNED;
     return was_left ? hidden->share[level] : 0;
 }

@@ -37,9 +37,9 @@ void hidden_destroy(struct hidden *hidden);
 /* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
 bool hidden_is_open(const struct hidden *hidden, size_t pixel);
 
-/* The plan leaves the pixel, by its neighbourhood. warned: root of the squared error predicted from the neighbourhood.
+/* The plan leaves the pixel, by its neighbourhood. predicted_rms: root of the squared error that it predicts.
  * May be called from several threads, each for other pixels. */
-void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
+void hidden_leave(struct hidden *hidden, size_t pixel, float predicted_rms);
 
 /* The plan leaves the pixel although it is warned, because its own samples have hit nothing. Same thread safety as
  * hidden_leave(). */
@@ -47,34 +47,34 @@ void hidden_leave_warned(struct hidden *hidden, size_t pixel);
 
 /* To be called when a pixel that had samples has got more. before: what was known of it without these; now: with them.
  */
-void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixel,
-                   const struct known *before);
+void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+                   const struct pixel_statistics *before);
 
 /* Sums over the unwarned pixels of one level, of all or part of the picture. Errors are squared. */
-struct unwarned {
+struct level_sum {
     uint64_t pixels; /* unwarned pixels that are at this level */
     uint64_t warned; /* pixels left at it although they were warned */
     /* Error that all unwarned pixels of the level had missed at first, estimated by those that had hit something. */
     double expected;
-    double variance; /* variance of expected */
-    double unseen;   /* the most that a single contribution to expected may be too small by */
+    double variance;  /* variance of expected */
+    double shortfall; /* the most that a single contribution to expected may be too small by */
 };
 
 struct hidden_sum {
-    struct unwarned levels[LEVEL_MAX + 1];
+    struct level_sum levels[LEVEL_MAX + 1];
     /* What the halves omit: pixels whose mean still contains early samples that missed what later ones have found. */
     struct error_sum carried;
 };
 
 /* Adds a pixel that has samples to the sum. */
-void hidden_add(const struct hidden *hidden, const struct sampled *now, size_t pixel,
+void hidden_add(const struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
                 struct hidden_sum *sum);
 void hidden_join(struct hidden_sum *all, const struct hidden_sum *more);
 
 /* The errors of the picture including what is hidden. sum: of all pixels; halves: their errors as estimated from the
  * halves. */
-struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
-                                struct error_sum halves);
+struct error_breakdown hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
+                                     struct error_sum halves);
 
 /* Divides the hidden error of this sum among the pixels; hidden_of() returns the parts from then on. */
 void hidden_share(struct hidden *hidden, const struct hidden_sum *sum);

@@ -47,7 +47,7 @@ struct journal {
 /* The least seconds between two syncs: at least as much may be lost by the death of the machine. */
 #define SYNC_EVERY 5.0
 
-uint64_t journal_picture(const struct scene *scene, uint64_t program)
+uint64_t journal_picture_hash(const struct scene *scene, uint64_t program)
 {
     struct scene head;
     memcpy(&head, scene, sizeof head);
@@ -447,7 +447,7 @@ void journal_reserve(struct journal *journal, uint64_t bytes)
     fallocate(journal->file, FALLOC_FL_KEEP_SIZE, (off_t)journal->end, (off_t)bytes);
 }
 
-bool journal_stands(const struct journal *journal)
+bool journal_exists(const struct journal *journal)
 {
     return journal_is_at(journal->path, journal->file);
 }
@@ -491,7 +491,7 @@ bool journal_move(struct journal *journal, const char *path, uint64_t more)
 }
 
 /* What was reserved and not used is given back by cutting the file where it ends. */
-void journal_keep(struct journal *journal)
+void journal_close(struct journal *journal)
 {
     journal->torn = true;
     cut(journal);

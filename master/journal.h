@@ -60,7 +60,7 @@ struct journal;
  * leaves lights or corners out of the block and another does not, the hash differs: there are two journals of
  * one picture.
  */
-uint64_t journal_picture(const struct scene *scene, uint64_t program);
+uint64_t journal_picture_hash(const struct scene *scene, uint64_t program);
 
 /* Whether a journal could be opened or created at path, tested before rendering as output_writable() does:
  * nothing is created or changed. false after user_error(). */
@@ -114,7 +114,7 @@ void journal_tick(struct journal *journal, double now);
 double journal_sync_pause(double cost);
 
 /* Whether the file still exists at its path: its folder may have been removed. */
-bool journal_stands(const struct journal *journal);
+bool journal_exists(const struct journal *journal);
 
 /*
  * Continues the journal in a copy at path, where no file may exist, with space for `more` bytes. The old file
@@ -123,7 +123,7 @@ bool journal_stands(const struct journal *journal);
 bool journal_move(struct journal *journal, const char *path, uint64_t more);
 
 /* Syncs, unlocks and closes the journal, which stays for the next run. Frees it. */
-void journal_keep(struct journal *journal);
+void journal_close(struct journal *journal);
 
 /* Removes the journal's file, for when the picture is safely written. Frees it. */
 void journal_remove(struct journal *journal);

@@ -23,7 +23,7 @@ static void tell_resumed(const struct run *run, uint64_t found)
     /* Under a static schedule, tiles are rendered as a whole. */
     if (resumed->pixels < found)
         snprintf(again, sizeof again, ", but %.1f %% of the pixels, %.1f s, are rendered again%s",
-                 per_cent(run, found - resumed->pixels), resumed->again_s,
+                 per_cent(run, found - resumed->pixels), resumed->repeated_s,
                  schedule_is_static(run->job.settings.farm.schedule)
                      ? " (farm.schedule=dynamic keeps them)"
                      : "");
@@ -66,7 +66,7 @@ static void resume(struct run *run)
         .cpu_s = used.cpu_s,
         /* CPU time, as wall time would count the time slices of other ranks that shared cores then. */
         .render_s = used.cpu_s / run->crowd.processors,
-        .again_s = used.again_s,
+        .repeated_s = used.repeated_s,
         .counts = used.counts,
     };
     tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);

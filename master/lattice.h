@@ -19,7 +19,7 @@
 #define LATTICE_SPACING (1u << LATTICE_COARSEST / 2)
 
 /* The distance between the rows of a lattice; the first one is row 0. */
-static inline uint32_t lattice_rows(uint32_t lattice)
+static inline uint32_t lattice_row_step(uint32_t lattice)
 {
     return UINT32_C(1) << lattice / 2;
 }
@@ -27,35 +27,35 @@ static inline uint32_t lattice_rows(uint32_t lattice)
 /* In a row y of the lattice: its first pixel, and the distance to the next one. */
 static inline uint32_t lattice_first(uint32_t lattice, uint32_t y)
 {
-    return lattice % 2 ? y & lattice_rows(lattice) : 0;
+    return lattice % 2 ? y & lattice_row_step(lattice) : 0;
 }
 
 static inline uint32_t lattice_step(uint32_t lattice)
 {
-    return lattice_rows(lattice) << lattice % 2;
+    return lattice_row_step(lattice) << lattice % 2;
 }
 
 /* The pixels that a lattice has but not the next coarser one, lattice < LATTICE_COARSEST: the first row that has any,
  * the distance to the next such row, the first pixel in such a row y, and the distance to the next one. */
-static inline uint32_t lattice_between_row(uint32_t lattice)
+static inline uint32_t lattice_between_first_row(uint32_t lattice)
 {
-    return lattice % 2 ? lattice_rows(lattice) : 0;
+    return lattice % 2 ? lattice_row_step(lattice) : 0;
 }
 
-static inline uint32_t lattice_between_rows(uint32_t lattice)
+static inline uint32_t lattice_between_row_step(uint32_t lattice)
 {
-    return lattice_rows(lattice) << lattice % 2;
+    return lattice_row_step(lattice) << lattice % 2;
 }
 
 static inline uint32_t lattice_between_first(uint32_t lattice, uint32_t y)
 {
-    uint32_t spacing = lattice_rows(lattice);
+    uint32_t spacing = lattice_row_step(lattice);
     return lattice % 2 || y / spacing % 2 == 0 ? spacing : 0;
 }
 
 static inline uint32_t lattice_between_step(uint32_t lattice)
 {
-    return 2 * lattice_rows(lattice);
+    return 2 * lattice_row_step(lattice);
 }
 
 #endif

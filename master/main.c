@@ -139,7 +139,7 @@ static void gather_crew(struct run *run, unsigned most)
 
 static void dismiss_crew(struct run *run)
 {
-    if (run->adaptive) adaptive_lend(run->adaptive, NULL);
+    if (run->adaptive) adaptive_set_crew(run->adaptive, NULL);
     if (run->crew) crew_dismiss(run->crew);
     run->crew = NULL;
 }
@@ -150,9 +150,9 @@ static int conclude(struct run *run, const struct service *service, const struct
     /* As if a single run had rendered all. */
     double render_s = service->render_s + run->report.resumed.render_s;
     /* Since then the master may have waited for silent renderers. */
-    double ended = service->began + service->render_s;
+    double ended = service->began_at + service->render_s;
     bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
-    forecast_scatters(&run->report.forecast, service->last_plan_s);
+    forecast_set_scatter(&run->report.forecast, service->last_plan_s);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
@@ -175,7 +175,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     double now = clock_wall();
     progress_start(&progress, stderr, now, now - run->start);
     renderer_on_wave(renderer, gives_up, &service);
-    stop_is_served();
+    stop_defer();
     if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);
     progress_end(&progress);
@@ -220,7 +220,7 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
     if (rank == 0) {
         if (run->adaptive) {
             gather_crew(run, band_count(&run->canvas));
-            adaptive_lend(run->adaptive, run->crew);
+            adaptive_set_crew(run->adaptive, run->crew);
         }
         status = render_as_master(run, shared, renderer);
         dismiss_crew(run);
@@ -275,7 +275,7 @@ static int run_rank(struct run *run, int rank)
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     struct renderer *renderer = start_renderer(&shared);
-    if (rank == 0) stop_start_is_over();
+    if (rank == 0) stop_unwatch_the_start();
     run->neighbours = shared.processes;
     run->neighbour_count = shared.process_count;
     status = render(run, rank, &shared, renderer);
@@ -304,7 +304,7 @@ static void free_run(struct run *run)
     free(run->stats);
     free(run->arguments);
     free(run->neighbours);
-    free(run->berths);
+    free(run->affinities);
 }
 
 /*
@@ -389,8 +389,8 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
     nap_sharpen();
     message_set_rank(rank, end_job);
-    run.berths = gather_berths(MPI_COMM_WORLD);
-    stop_start_is_over();
+    run.affinities = gather_affinities(MPI_COMM_WORLD);
+    stop_unwatch_the_start();
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));

@@ -361,7 +361,7 @@ double pace_answer_after(const struct pace *pace)
                          service_s / SERVICE_OFTEN);
 }
 
-double pace_tell_after(const struct pace *pace, uint32_t renderer, double work)
+double pace_report_after(const struct pace *pace, uint32_t renderer, double work)
 {
     return TELL_FACTOR * pace_seconds(pace, renderer, work) + pace_least(pace, renderer);
 }

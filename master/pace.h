@@ -96,7 +96,7 @@ double pace_calm(struct pace *pace, double now);
 void pace_late(struct pace *pace, uint32_t renderer, double due);
 
 /* The seconds after which the renderer is to report that it is still working on a tile of this work. */
-double pace_tell_after(const struct pace *pace, uint32_t renderer, double work);
+double pace_report_after(const struct pace *pace, uint32_t renderer, double work);
 
 /* Marks all renderers as lost that are late by now; returns whether there were any. */
 bool pace_check(struct pace *pace, double now);

@@ -10,31 +10,32 @@
 size_t pixel_errors_bytes(void)
 {
     const struct pixel_errors *e = NULL;
-    return sizeof *e->expected + sizeof *e->warned + hidden_pixel_bytes();
+    return sizeof *e->expected + sizeof *e->predicted_rms + hidden_pixel_bytes();
 }
 
 void pixel_errors_init(struct pixel_errors *errors, const struct statistics *statistics)
 {
     size_t pixels = canvas_pixels(statistics->canvas);
     *errors = (struct pixel_errors){.statistics = statistics, .hidden = hidden_create(pixels)};
-    errors->expected = allocate_there(pixels, sizeof *errors->expected);
-    errors->warned = allocate_there(pixels, sizeof *errors->warned);
+    errors->expected = allocate_prefaulted(pixels, sizeof *errors->expected);
+    errors->predicted_rms = allocate_prefaulted(pixels, sizeof *errors->predicted_rms);
 }
 
 void pixel_errors_free(struct pixel_errors *errors)
 {
     hidden_destroy(errors->hidden);
     free(errors->expected);
-    free(errors->warned);
+    free(errors->predicted_rms);
 }
 
 /* ---- what changes ---- */
 
-void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before)
+void pixel_errors_settle(struct pixel_errors *errors, size_t pixel,
+                         const struct pixel_statistics *before)
 {
     errors->is_expected = errors->is_summed = false;
     if (!before) return;
-    struct sampled now = statistics_sampled(errors->statistics);
+    struct picture_statistics now = statistics_of_picture(errors->statistics);
     hidden_settle(errors->hidden, &now, pixel, before);
 }
 
@@ -45,7 +46,7 @@ bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel)
 
 void pixel_errors_leave(struct pixel_errors *errors, size_t pixel)
 {
-    hidden_leave(errors->hidden, pixel, errors->warned[pixel]);
+    hidden_leave(errors->hidden, pixel, errors->predicted_rms[pixel]);
 }
 
 void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel)
@@ -53,7 +54,7 @@ void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel)
     hidden_leave_warned(errors->hidden, pixel);
 }
 
-void pixel_errors_left(struct pixel_errors *errors)
+void pixel_errors_leave_done(struct pixel_errors *errors)
 {
     errors->is_summed = false;
 }
@@ -66,8 +67,8 @@ struct summing {
 };
 
 /* Adds a pixel that has samples. */
-static void add_pixel(const struct pixel_errors *errors, const struct sampled *now, size_t pixel,
-                      struct error_totals *totals)
+static void add_pixel(const struct pixel_errors *errors, const struct picture_statistics *now,
+                      size_t pixel, struct error_totals *totals)
 {
     double square = pixel_errors_own(errors, pixel);
     totals->halves.squares += square;
@@ -80,7 +81,7 @@ static void add_pixel(const struct pixel_errors *errors, const struct sampled *n
 static void sum_band(void *context, uint32_t band)
 {
     const struct summing *it = context;
-    struct sampled now = statistics_sampled(it->errors->statistics);
+    struct picture_statistics now = statistics_of_picture(it->errors->statistics);
     size_t end = band_first_pixel(now.canvas, band + 1);
     struct error_totals totals = {.pixels = 0};
     for (size_t i = band_first_pixel(now.canvas, band); i < end; i++)
@@ -115,8 +116,8 @@ const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, stru
     const struct error_totals *totals = pixel_errors_totals(errors, crew);
     hidden_share(errors->hidden, &totals->hidden);
     if (errors->is_expected || errors->statistics->unsampled > 0) return totals;
-    struct sampled now = statistics_sampled(errors->statistics);
-    expect_errors(&now, crew, errors->expected, errors->warned);
+    struct picture_statistics now = statistics_of_picture(errors->statistics);
+    expect_errors(&now, crew, errors->expected, errors->predicted_rms);
     errors->is_expected = true;
     return totals;
 }
@@ -127,7 +128,7 @@ double pixel_errors_halves(const struct pixel_errors *errors)
     return errors->totals.halves.squares;
 }
 
-struct error_told pixel_errors_told(const struct pixel_errors *errors)
+struct error_breakdown pixel_errors_breakdown(const struct pixel_errors *errors)
 {
     assert(errors->is_summed);
     return hidden_errors(errors->hidden, &errors->totals.hidden, errors->totals.halves);
@@ -145,7 +146,7 @@ double pixel_errors_hidden(const struct pixel_errors *errors, size_t pixel)
     return hidden_of(errors->hidden, pixel, errors->statistics->level[pixel]);
 }
 
-double pixel_errors_in_all(const struct pixel_errors *errors, size_t pixel)
+double pixel_errors_with_hidden(const struct pixel_errors *errors, size_t pixel)
 {
     return pixel_errors_expected(errors, pixel) + pixel_errors_hidden(errors, pixel);
 }

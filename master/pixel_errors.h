@@ -30,8 +30,8 @@ struct pixel_errors {
     struct hidden *hidden;               /* what the halves do not show */
     double *expected;                    /* expected squared error of each pixel; owned */
     /* Root of each pixel's squared error, predicted from its neighbourhood alone; owned. */
-    float *warned;
-    bool is_expected; /* expected and warned are up to date */
+    float *predicted_rms;
+    bool is_expected; /* expected and predicted_rms are up to date */
     bool is_summed;   /* totals are up to date */
     struct error_totals totals;
 };
@@ -44,17 +44,18 @@ void pixel_errors_init(struct pixel_errors *errors, const struct statistics *sta
 void pixel_errors_free(struct pixel_errors *errors);
 
 /* To be called when a pixel has got samples. before: what was known of it without these; NULL: it had none. */
-void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before);
+void pixel_errors_settle(struct pixel_errors *errors, size_t pixel,
+                         const struct pixel_statistics *before);
 
 /* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
 bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel);
 
 /* The plan leaves the pixel, by its neighbourhood; or leaves it although it is warned, because its own samples have hit
  * nothing (master/hidden.h). May be called from several threads, each for other pixels; when all are done
- * pixel_errors_left() must be called. */
+ * pixel_errors_leave_done() must be called. */
 void pixel_errors_leave(struct pixel_errors *errors, size_t pixel);
 void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel);
-void pixel_errors_left(struct pixel_errors *errors);
+void pixel_errors_leave_done(struct pixel_errors *errors);
 
 /* The sums over the pixels as they are, valid until one changes. The crew must be idle; NULL: the caller works alone.
  */
@@ -66,7 +67,7 @@ const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, stru
 /* Of the totals, while they are valid: the sum of squared errors as estimated from the halves; the picture's error
  * including what is hidden. */
 double pixel_errors_halves(const struct pixel_errors *errors);
-struct error_told pixel_errors_told(const struct pixel_errors *errors);
+struct error_breakdown pixel_errors_breakdown(const struct pixel_errors *errors);
 
 /* Squared errors of a pixel that has samples: estimated from its own halves; missed by its samples. */
 double pixel_errors_own(const struct pixel_errors *errors, size_t pixel);
@@ -77,12 +78,12 @@ static inline double pixel_errors_expected(const struct pixel_errors *errors, si
 {
     return errors->expected[pixel];
 }
-double pixel_errors_in_all(const struct pixel_errors *errors, size_t pixel);
+double pixel_errors_with_hidden(const struct pixel_errors *errors, size_t pixel);
 
 /* Squared error predicted from the pixel's neighbourhood alone. */
-static inline double pixel_errors_warned(const struct pixel_errors *errors, size_t pixel)
+static inline double pixel_errors_predicted(const struct pixel_errors *errors, size_t pixel)
 {
-    double root = (double)errors->warned[pixel];
+    double root = (double)errors->predicted_rms[pixel];
     return root * root;
 }
 

@@ -42,7 +42,7 @@ static bool make_queue(struct run *run, const struct view *view)
             "nobody would render: with farm.master_renders = no, start at least 2 processes");
         return false;
     }
-    crowd_init(&run->crowd, run->berths + (master_renders ? 0 : 1), run->renderers);
+    crowd_init(&run->crowd, run->affinities + (master_renders ? 0 : 1), run->renderers);
     uint32_t processors = run->crowd.processors;
     struct queue_config config = {.schedule = settings->farm.schedule,
                                   .width = view->region_w,

@@ -46,7 +46,7 @@ void progress_start(struct progress *progress, FILE *out, double now, double bef
 static void note_pass(struct progress *progress, const struct progress_state *state)
 {
     if (state->pass == progress->pass) return;
-    progress->begun = state->pass > 1 ? state->share_done : 0;
+    progress->begin_share = state->pass > 1 ? state->share_done : 0;
     progress->pass = state->pass;
     progress->share = 0;
 }
@@ -54,7 +54,7 @@ static void note_pass(struct progress *progress, const struct progress_state *st
 /* The estimate of all that there is to do may grow; the bar then stands still. */
 static void note_share(struct progress *progress, const struct progress_state *state)
 {
-    double done = fmin(state->share_done, 1), before = progress->begun;
+    double done = fmin(state->share_done, 1), before = progress->begin_share;
     progress->share = fmax(progress->share, before < 1 ? (done - before) / (1 - before) : 1);
 }
 

@@ -23,7 +23,7 @@ struct progress {
     unsigned pass;     /* the pass that is displayed */
     double share;      /* the share shown last; it never decreases within a pass */
     /* The share of all work that was done when the pass began; 0 in the first one. */
-    double begun;
+    double begin_share;
     bool drawn; /* a bar stands on the current line */
 };
 

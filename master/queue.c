@@ -61,11 +61,11 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item)
     uint32_t id = queue->item_count++;
     queue->items[id] = *item;
     queue->items[id].hold = HOLD_NONE;
-    queue_foresee(queue, id);
+    queue_count_outlook(queue, id);
     return id;
 }
 
-void queue_foresee(struct queue *queue, uint32_t id)
+void queue_count_outlook(struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     double work = (double)item->work;
@@ -78,7 +78,7 @@ void queue_foresee(struct queue *queue, uint32_t id)
         outlook_add(&queue->outlook, work, area(item));
 }
 
-void queue_unforesee(struct queue *queue, uint32_t id)
+void queue_uncount_outlook(struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     outlook_remove(&queue->outlook, (double)item->work, area(item));
@@ -90,7 +90,7 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
 {
     bool may_pass = queue->is_dynamic && queue->items[id].pass != TILE_PROBE;
     struct item *item = queue->is_static ? NULL : &queue->items[id];
-    queue->counted = false;
+    queue->groups_counted = false;
     uint32_t hold = holdings_give(&queue->holdings, renderer, id, work, may_pass,
                                   item ? item->hold : HOLD_NONE);
     if (!item) return;
@@ -102,7 +102,7 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
 static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id)
 {
     struct hold hold = holdings_take(&queue->holdings, renderer, id);
-    queue->counted = false;
+    queue->groups_counted = false;
     if (queue->is_static) return hold;
     queue->items[id].copies--;
     queue->items[id].hold = hold.other;
@@ -148,10 +148,10 @@ bool queue_probed(struct queue *queue, const struct tile *probe, const float *se
 
 void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
 {
-    queue_unforesee(queue, id);
+    queue_uncount_outlook(queue, id);
     queue->items[id].finished = true;
     queue->items[id].seconds = (float)seconds;
-    queue_foresee(queue, id);
+    queue_count_outlook(queue, id);
 }
 
 /* Marks the tile as finished; seconds: what it took. Returns what becomes of the answer. */
@@ -258,17 +258,17 @@ double queue_answer_after(const struct queue *queue)
     return pace_answer_after(&queue->pace);
 }
 
-uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
-                     uint32_t count, float tells[LOT_TILES])
+uint32_t queue_report_times(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                            uint32_t count, float report_s[LOT_TILES])
 {
     /* Where renderers share cores, wall time says little about a tile, and nothing is done twice. */
-    if (!queue->is_dynamic || queue->turns) return 0;
+    if (!queue->is_dynamic || queue->groups) return 0;
     if (count == 0 || tiles[0].pass == TILE_PROBE) return 0;
-    double least = pace_tell_after(&queue->pace, renderer, 0);
-    double each = pace_tell_after(&queue->pace, renderer, 1) - least;
+    double least = pace_report_after(&queue->pace, renderer, 0);
+    double each = pace_report_after(&queue->pace, renderer, 1) - least;
     for (uint32_t i = 0; i < count; i++) {
         double work = queue->settled ? (double)queue->items[tiles[i].id].work : 0;
-        tells[i] = (float)(least + each * work);
+        report_s[i] = (float)(least + each * work);
     }
     return count;
 }

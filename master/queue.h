@@ -182,8 +182,8 @@ double queue_answer_after(const struct queue *queue);
  * still working on that tile; it reports again whenever that time has doubled. Returns how many values
  * there are: count, or 0 when it is to report no tile.
  */
-uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
-                     uint32_t count, float tells[LOT_TILES]);
+uint32_t queue_report_times(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                            uint32_t count, float report_s[LOT_TILES]);
 
 /* The predicted seconds that the tiles of a lot will take the renderer that has just got them; 0: nothing
  * is known. */

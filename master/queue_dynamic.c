@@ -71,7 +71,7 @@ static bool settles(const struct queue *queue, uint32_t renderer)
 bool dynamic_check_late(struct queue *queue, double now)
 {
     bool any = pace_check(&queue->pace, now);
-    if (any) queue->counted = false;
+    if (any) queue->groups_counted = false;
     withdraw_lost(queue);
     return any;
 }
@@ -126,6 +126,6 @@ void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, dou
     double behind = pace_seconds(pace, renderer, pace->renderers[renderer].held) - predicted;
     if (seconds + behind < LATE_PART * pace_even_end(pace, now, queue->waiting_work)) return;
     pace_late(pace, renderer, now - seconds + predicted);
-    queue->counted = false;
+    queue->groups_counted = false;
     queue->news++;
 }

@@ -65,7 +65,7 @@ struct item {
 };
 
 /* A group of renderers that share cores. */
-struct turns {
+struct group_state {
     double wall, cpu;       /* seconds of their tiles, summed */
     uint32_t working, idle; /* renderers with and without work: queue_crowd.c */
 };
@@ -96,10 +96,10 @@ struct queue {
     uint32_t recall_count;
     struct fate *fates; /* not told yet */
     uint32_t fate_count;
-    uint32_t *probes_given; /* per renderer: probe tiles handed out to it */
-    struct turns *turns;    /* per group of the crowd; NULL: each renderer has its own core */
-    /* turns[].working and .idle are up to date: no renderer has got or given back a tile, or become late, since */
-    bool counted;
+    uint32_t *probes_given;     /* per renderer: probe tiles handed out to it */
+    struct group_state *groups; /* per group of the crowd; NULL: each renderer has its own core */
+    /* groups[].working and .idle are up to date: no renderer has got or given back a tile, or become late, since */
+    bool groups_counted;
     bool *silent; /* per renderer */
     uint32_t silent_count;
     bool withdraws; /* queue_withdraw() is in force, until work is added */
@@ -148,8 +148,8 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds);
 
 /* Counts the tile in the outlook, according to its state; takes it out again, while it is neither finished nor a
  * probe. */
-void queue_foresee(struct queue *queue, uint32_t id);
-void queue_unforesee(struct queue *queue, uint32_t id);
+void queue_count_outlook(struct queue *queue, uint32_t id);
+void queue_uncount_outlook(struct queue *queue, uint32_t id);
 
 /* The tile becomes part of the lot that the renderer is getting; work: predicted. */
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);

@@ -42,7 +42,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
 static void predict_held(struct queue *queue, double now)
 {
     pace_restart(&queue->pace);
-    queue->counted = false;
+    queue->groups_counted = false;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
         double held = 0;
         uint32_t i = queue->holdings.holders[renderer].first;
@@ -78,7 +78,7 @@ void predictions_settle(struct queue *queue, double now)
     queue_join(queue);
     agenda_sort(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
-        queue_foresee(queue, id);
+        queue_count_outlook(queue, id);
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;
@@ -98,14 +98,14 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     double dear = density * (double)area(item);
     if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
     queue_unset_waiting(queue, id);
-    queue_unforesee(queue, id);
+    queue_uncount_outlook(queue, id);
     pace_place(&queue->pace); /* with the predictions so far */
     queue->pace.total -= (double)item->work;
     item->worst = (float)dear;
     item->work = fmaxf(item->work, (float)(dear / 2));
     item->priority = fmax(item->priority, density);
     queue->pace.total += (double)item->work;
-    queue_foresee(queue, id);
+    queue_count_outlook(queue, id);
     queue_set_waiting(queue, id);
 }
 

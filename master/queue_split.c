@@ -53,14 +53,14 @@ void split_tile(struct queue *queue, uint32_t id)
     double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
     double part = a + b > 0 ? a / (a + b) : 0.5;
     queue_uncount_waiting(queue, id);
-    queue_unforesee(queue, id);
+    queue_uncount_outlook(queue, id);
     rest.worst = (float)((double)half.worst * (1 - part));
     half.worst = (float)((double)half.worst * part);
     rest.work = (float)((double)half.work * (1 - part));
     half.work = (float)((double)half.work * part);
     half.rest = queue->item_count;
     queue->items[id] = half;
-    queue_foresee(queue, id);
+    queue_count_outlook(queue, id);
     queue_count_waiting(queue, id);
     queue_set_waiting(queue, queue_new_item(queue, &rest));
     queue->count.tiles++;

@@ -138,7 +138,7 @@ static bool start_shares(struct queue *queue)
                                   .height = queue->config.height,
                                   .renderers = queue->config.renderers,
                                   .rows = queue->config.tile_edge};
-    shares_init(&queue->shares, &config, QUEUE_MAX_TILES);
+    share_init(&queue->shares, &config, QUEUE_MAX_TILES);
     if (queue->shares.ids > QUEUE_MAX_TILES) return false;
     uint32_t ids = (uint32_t)queue->shares.ids;
     queue->share_finished = allocate_zeroed(ids, 1);
@@ -169,14 +169,14 @@ struct queue *queue_create(const struct queue_config *config)
 void queue_destroy(struct queue *queue)
 {
     if (!queue) return;
-    shares_free(&queue->shares);
+    share_free(&queue->shares);
     cost_free(&queue->map);
     pace_free(&queue->pace);
     agenda_free(&queue->waiting);
     free(queue->share_finished);
     free(queue->items);
     free(queue->probes_given);
-    free(queue->turns);
+    free(queue->groups);
     free(queue->silent);
     free(queue->recalls);
     free(queue->fates);
@@ -193,9 +193,9 @@ static void skip_tile(struct queue *queue, const struct tile *tile)
         share_skip(&queue->shares, tile);
     } else {
         struct item *item = &queue->items[tile->id];
-        queue_unforesee(queue, tile->id);
+        queue_uncount_outlook(queue, tile->id);
         item->finished = item->skipped = true;
-        queue_foresee(queue, tile->id);
+        queue_count_outlook(queue, tile->id);
         queue_unset_waiting(queue, tile->id);
     }
     queue->count.finished++;

@@ -16,7 +16,7 @@ static bool is_single(const struct item *item)
 static void take_out(struct queue *queue, uint32_t id)
 {
     struct item *item = &queue->items[id];
-    queue_unforesee(queue, id);
+    queue_uncount_outlook(queue, id);
     item->finished = item->replaced = true;
     queue->pace.total -= (double)item->work;
     queue->count.tiles--;

@@ -21,7 +21,7 @@ static double cost_of(const struct candidates *it, size_t pixel)
 
 static double gain_of(const struct candidates *it, size_t pixel)
 {
-    return pixel_errors_in_all(it->errors, pixel) / cost_of(it, pixel);
+    return pixel_errors_with_hidden(it->errors, pixel) / cost_of(it, pixel);
 }
 
 /* Effort of going to the next level; 0 if there is none. */
@@ -35,7 +35,7 @@ static double effort_of(const struct candidates *it, size_t pixel)
 /* Whether its neighbourhood alone would give the pixel more samples. */
 static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 {
-    double gain = pixel_errors_warned(it->errors, pixel) / cost_of(it, pixel);
+    double gain = pixel_errors_predicted(it->errors, pixel) / cost_of(it, pixel);
     return allocation_doublings(gain, limit, 1) > 0;
 }
 
@@ -49,9 +49,9 @@ static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 
 struct allocating {
     const struct candidates *candidates;
-    bool told;      /* whether the halves show any error */
-    double error;   /* mean squared error of a pixel */
-    uint32_t bands; /* bands per part */
+    bool halves_show; /* whether the halves show any error */
+    double error;     /* mean squared error of a pixel */
+    uint32_t bands;   /* bands per part */
     struct allocation **parts;
 };
 
@@ -59,9 +59,9 @@ static void allocate_pixel(const struct allocating *it, struct allocation *alloc
 {
     const struct candidates *candidates = it->candidates;
     const struct pixel_errors *errors = candidates->errors;
-    double told = it->told ? pixel_errors_own(errors, i) + pixel_errors_hidden(errors, i)
-                           : pixel_errors_expected(errors, i);
-    allocation_add(allocation, gain_of(candidates, i), told, effort_of(candidates, i),
+    double square = it->halves_show ? pixel_errors_own(errors, i) + pixel_errors_hidden(errors, i)
+                                    : pixel_errors_expected(errors, i);
+    allocation_add(allocation, gain_of(candidates, i), square, effort_of(candidates, i),
                    statistics_levels_above(candidates->statistics, i));
 }
 
@@ -88,7 +88,7 @@ struct allocation *refine_allocation(const struct candidates *candidates)
     double sum = squares > 0 ? squares : pixel_errors_expected_sum(candidates->errors);
     struct allocation *made[PARTS_MOST] = {NULL};
     struct allocating it = {.candidates = candidates,
-                            .told = squares > 0,
+                            .halves_show = squares > 0,
                             .error = sum / (double)pixels,
                             .bands = divide_up(bands, parts),
                             .parts = made};
@@ -173,6 +173,6 @@ struct refined refine_levels(const struct candidates *candidates, double limit, 
     free(it.bands);
     if (all.pixels == 0) return all;
     crew_share(candidates->crew, bands, leave_band, &it);
-    pixel_errors_left(candidates->errors);
+    pixel_errors_leave_done(candidates->errors);
     return all;
 }

@@ -286,7 +286,7 @@ static void put_error_row(struct json *json, const struct error_row *row)
     json_number(json, "estimated_low", row->estimate.low);
     json_number(json, "estimated_high", row->estimate.high);
     if (!isnan(row->true_rmse)) json_number(json, "true_rmse", row->true_rmse);
-    json_number(json, "sampled_share", row->share);
+    json_number(json, "sampled_share", row->sampled_share);
     json_close(json, '}');
 }
 
@@ -312,7 +312,7 @@ static void put_forecast(struct json *json, const struct report *report)
     json_number(json, "slope", -forecast->slope);
     json_number(json, "slope_spread", forecast->slope_spread);
     json_number(json, "rmse", forecast->goal);
-    if (forecast_tells_samples(forecast)) json_number(json, "samples", forecast->samples);
+    if (forecast_has_samples(forecast)) json_number(json, "samples", forecast->samples);
     json_seconds(json, "render_s", seconds);
     json_seconds(json, "render_low_s", low);
     json_seconds(json, "render_high_s", high);
@@ -395,7 +395,7 @@ static void put_quality(struct json *json, const struct report *report)
     json_count(json, "pixels", report->resumed.pixels);
     json_count(json, "records", report->resumed.records);
     json_seconds(json, "seconds_saved", report->resumed.seconds);
-    json_seconds(json, "seconds_repeated", report->resumed.again_s);
+    json_seconds(json, "seconds_repeated", report->resumed.repeated_s);
     json_close(json, '}');
 }
 

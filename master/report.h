@@ -21,13 +21,13 @@ struct run_times {
 
 /* What this run has used of an earlier run's journal. */
 struct resumed {
-    uint32_t tiles;   /* of this run that needed no rendering */
-    uint64_t pixels;  /* of these tiles */
-    uint64_t records; /* valid ones in the journal */
-    double seconds;   /* wall seconds that the pixels took to render, sum of all renderers */
-    double cpu_s;     /* CPU seconds that they took */
-    double render_s;  /* wall seconds that this run was spared: cpu_s divided by its processors */
-    double again_s;   /* wall seconds of what was saved, too, but is rendered again */
+    uint32_t tiles;    /* of this run that needed no rendering */
+    uint64_t pixels;   /* of these tiles */
+    uint64_t records;  /* valid ones in the journal */
+    double seconds;    /* wall seconds that the pixels took to render, sum of all renderers */
+    double cpu_s;      /* CPU seconds that they took */
+    double render_s;   /* wall seconds that this run was spared: cpu_s divided by its processors */
+    double repeated_s; /* wall seconds of what was saved, too, but is rendered again */
     struct render_counts counts; /* of what needed no rendering, by found_sum() */
 };
 

@@ -184,7 +184,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
          rough_seconds(others + seconds).text);
     flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
             rough_seconds(others + high).text);
-    if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
+    if (forecast_has_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
     if (forecast->slope <= FORECAST_STEEPEST)
         flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
     end_flow(table);
@@ -246,14 +246,14 @@ static void put_error(struct table *table, const struct report *report)
     flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
     flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
             error_figure(last->estimate.high).text);
-    put_share(table, last->share);
+    put_share(table, last->sampled_share);
     flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
     if (before > 0) {
         bool shared = report->resumed.cpu_s > before;
         flow_on(table, "and %.1f s of an earlier run", before);
         flow_on(table, "(%.1f s of CPU time%s)", report->resumed.cpu_s, shared ? ", shared" : "");
     }
-    put_guessed(table, report, last->share, last->estimate.rmse);
+    put_guessed(table, report, last->sampled_share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
     else if (report->has_reference) /* rows hold it only where all pixels have samples */

@@ -38,7 +38,7 @@ struct run {
     struct report report;
     double start;
     int processes;
-    struct berth *berths; /* per process: where it may run; owned */
+    struct affinity *affinities; /* per process: where it may run; owned */
     uint32_t renderers;
     uint32_t silent; /* number of ranks that did not answer any more in the end */
     int *neighbours; /* on the first rank of each node: process ids of its ranks; owned */
@@ -63,7 +63,7 @@ int prepare(struct run *run, struct scene **block);
 
 /* ---- keep.c ---- */
 
-/* Percentage of the picture. Numbers of tiles cannot be compared between runs: each run cuts the picture as it needs. */
+/* Percentage of the picture. Numbers of tiles cannot be compared: each run cuts the picture as it needs. */
 double per_cent(const struct run *run, uint64_t pixels);
 
 uint32_t tiles_left(const struct run *run);

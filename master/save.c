@@ -115,7 +115,7 @@ static bool follow_pass(struct save *save, uint32_t pass, double limit)
     if (pass != adaptive_passes(adaptive) || !is_there)
         return pass + 1 == adaptive_passes(adaptive);
     if (pass == save->refused_pass) return false;
-    if (adaptive_plan_again(adaptive, limit)) return true;
+    if (adaptive_replan(adaptive, limit)) return true;
     /* A plan scans all pixels: it is not repeated for each record of a forged journal. */
     save->refused_pass = pass;
     return false;
@@ -329,7 +329,7 @@ static uint64_t picture_hash(const struct scene *scene, const struct adaptive *a
     uint64_t program = program_hash();
     double target = adaptive ? adaptive_target(adaptive) : 0;
     if (adaptive) program = hash64(&target, sizeof target, program);
-    return journal_picture(scene, program);
+    return journal_picture_hash(scene, program);
 }
 
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
@@ -376,7 +376,7 @@ struct found_sums save_used(struct save *save)
     return found_sum(&save->tiles);
 }
 
-const struct coverage *save_there(const struct save *save)
+const struct coverage *save_coverage(const struct save *save)
 {
     return save ? &save->tiles.all : NULL;
 }
@@ -442,7 +442,7 @@ static void destroy(struct save *save)
 
 static bool is_safe(struct save *save)
 {
-    return write_waiting(save) && journal_stands(save->journal);
+    return write_waiting(save) && journal_exists(save->journal);
 }
 
 static uint64_t pixels_waiting(const struct save *save)
@@ -457,7 +457,7 @@ static uint64_t pixels_waiting(const struct save *save)
  * is gone, with as much as there is room for. */
 static bool move_to(struct save *save, const char *folder, const char *name)
 {
-    uint64_t more = journal_stands(save->journal)
+    uint64_t more = journal_exists(save->journal)
                         ? bytes_to_come(save, save->waiting.count, pixels_waiting(save))
                         : 0;
     char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
@@ -503,7 +503,7 @@ struct save_kept save_keep(struct save *save)
     kept.lost = save->waiting.count;
     kept.lost_pixels = pixels_waiting(save);
     kept.path = copy_text(journal_path(save->journal));
-    journal_keep(save->journal);
+    journal_close(save->journal);
     destroy(save);
     return kept;
 }

@@ -53,7 +53,7 @@ struct found_sums save_used(struct save *save);
 
 /* The pixels that an earlier run has left, including those that are rendered again with the rest of their tiles.
  * Valid as long as save is. NULL if save is NULL. */
-const struct coverage *save_there(const struct save *save);
+const struct coverage *save_coverage(const struct save *save);
 
 /* Whether the disk has room for this number of further tiles and pixels; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);

@@ -73,8 +73,8 @@ static void show_progress(struct server *server, double now)
  * used up part of its time before the end. */
 static bool is_awaited(const struct server *server, const struct contact *contact)
 {
-    double since = contact->is_asked ? contact->heard : server->ended;
-    return !server->service->ending || server->awake - since <= SERVE_GRACE;
+    double since = contact->is_asked ? contact->heard_at : server->ended_at;
+    return !server->service->ending || server->awake_s - since <= SERVE_GRACE;
 }
 
 static bool all_left(struct server *server)
@@ -106,10 +106,10 @@ static void end_all(struct server *server, bool timed_out, double now)
 {
     pthread_mutex_lock(&server->lock);
     /* The render phase lasts until now, whether what is rendered until now comes in or not. */
-    if (timed_out) server->finished = now;
+    if (timed_out) server->finished_at = now;
     server->service->timed_out = timed_out;
     server->service->ending = true;
-    server->ended = server->awake;
+    server->ended_at = server->awake_s;
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
     for (uint32_t i = server->first_remote; i < server->renderers; i++)
@@ -196,7 +196,7 @@ static void fill_waits(struct server *server)
 static uint8_t *find_known(const struct service *service)
 {
     size_t pixels = canvas_pixels(service->canvas);
-    const struct coverage *there = save_there(service->save);
+    const struct coverage *there = save_coverage(service->save);
     uint8_t *known = memset(allocate(pixels, 1), 1, pixels);
     uint32_t next = 0;
     struct tile tile;
@@ -267,7 +267,7 @@ static void start_server(struct server *server, struct service *service)
     guess_times(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
-    server->start = server->finished = server->polled = server->woken = clock_wall();
+    server->start = server->finished_at = server->polled_at = server->woken_at = clock_wall();
 }
 
 bool serve(struct service *service)
@@ -284,9 +284,9 @@ bool serve(struct service *service)
     serve_until_done(&server);
     if (service->own) pthread_join(thread, NULL);
     post_close(server.post, service->silent == 0);
-    service->began = server.start;
-    service->kept_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
-    service->render_s = server.finished - server.start;
+    service->began_at = server.start;
+    service->reserved_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
+    service->render_s = server.finished_at - server.start;
     service->master_cpu_s = clock_thread_cpu() - cpu;
     fill_waits(&server);
     fill_picture(&server);

@@ -63,12 +63,12 @@ struct service {
     struct render_counts counts;  /* of the tiles of the picture, each counted once */
     double writing_s;             /* expected seconds for writing the images */
     /* Seconds of the limit that were reserved for its end: for writing, and for estimating the error. */
-    double kept_s;
+    double reserved_s;
     double guessed_rmse; /* estimate for pixels without samples; NaN: none, or unknown */
     bool timed_out;      /* the deadline ended the run */
     bool deserted;       /* no renderer was left */
     /* When rendering began, the pre-pass included: a time of common/clock.h. */
-    double began;
+    double began_at;
     double render_s;     /* wall seconds until the last tile was in the picture */
     double master_cpu_s; /* CPU seconds of this thread: serving and planning passes */
     uint64_t messages;   /* received */

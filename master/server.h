@@ -28,7 +28,7 @@ struct contact {
     bool is_silent;
     int drops;           /* tiles in DROP messages to it since its last answer */
     uint32_t drop_count; /* entries of its struct drops, to be sent in this turn of the loop */
-    double heard;        /* server.awake when its last message or result came */
+    double heard_at;     /* server.awake_s when its last message or result came */
     unsigned lots_put, results_taken; /* lots put into its tray, results taken from it */
 };
 
@@ -49,7 +49,7 @@ struct kept_piece {
 struct server {
     struct service *service;
     double start;
-    double finished; /* clock_wall() when the last tile came in */
+    double finished_at; /* clock_wall() when the last tile came in */
 
     /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
     pthread_mutex_t lock;
@@ -81,12 +81,12 @@ struct server {
     struct drops *drops;      /* per renderer */
     /* TILES_MAX_BYTES; padding in it is 0 or stale, never uninitialised */
     char *message;
-    double ended; /* server.awake when service->ending was set */
+    double ended_at; /* server.awake_s when service->ending was set */
     /* Seconds that the loop has run. A pause in which rank 0 itself was stopped hardly counts, as no renderer is
      * to blame for it. */
-    double awake;
+    double awake_s;
     uint32_t unmeasured; /* calls of take_in() with answers since one was measured */
-    double woken;        /* clock_wall() when `awake` was last updated */
+    double woken_at;     /* clock_wall() when `awake_s` was last updated */
     double next_look;    /* when to look for silent renderers next */
     double next_show;    /* when to show progress next */
     /* Seconds that it takes at the end to fill pixels without samples; 0: all have some. */
@@ -94,7 +94,7 @@ struct server {
     double next_cut; /* server_elapsed() when to check again whether pass 0 will be done in time */
     unsigned late_looks;     /* consecutive checks that found pass 0 too late */
     uint32_t tiles_before;   /* tiles of earlier passes */
-    double polled;           /* clock_wall() when messages were last looked for */
+    double polled_at;        /* clock_wall() when messages were last looked for */
     unsigned messages_taken; /* messages received by MPI, without results from trays */
     uint32_t flag_words;     /* words of arrivals, up to the last rank that has a tray */
     /* When to look at MPI even if nothing is expected. */
@@ -180,7 +180,7 @@ void *render_own(void *argument);
 
 /* ---- silence.c ---- */
 
-/* To be called once per turn of the loop: advances server.awake. Now and then it asks renderers from which
+/* To be called once per turn of the loop: advances server.awake_s. Now and then it asks renderers from which
  * nothing has come for a while for a sign of life, and gives up those that do not answer. */
 void look_for_silence(struct server *server);
 

@@ -129,7 +129,7 @@ static void count_pixels(struct shares *shares)
     shares->all.pixels = (double)shares->config.width * shares->config.height;
 }
 
-void shares_init(struct shares *shares, const struct share_config *config, uint64_t most)
+void share_init(struct shares *shares, const struct share_config *config, uint64_t most)
 {
     uint32_t renderers = config->renderers;
     *shares = (struct shares){.config = *config, .stride = 1};
@@ -148,7 +148,7 @@ void shares_init(struct shares *shares, const struct share_config *config, uint6
     if (shares->ids <= most) count_pixels(shares);
 }
 
-void shares_free(struct shares *shares)
+void share_free(struct shares *shares)
 {
     free(shares->strip_rows);
     free(shares->cursors);
@@ -184,7 +184,7 @@ void share_finish(struct shares *shares, const struct tile *tile, double now, do
         counts[i]->finished += tile_pixels(tile);
         counts[i]->seconds += seconds;
     }
-    shares->answered = now;
+    shares->last_result_s = now;
 }
 
 void share_skip(struct shares *shares, const struct tile *tile)
@@ -226,7 +226,7 @@ struct outlook_share share_outlook(const struct shares *shares)
 {
     const struct share_work *all = &shares->all;
     double most = 0, before = 0;
-    if (!(all->seconds > 0 && shares->answered > 0)) return outlook_of_pixels(shares);
+    if (!(all->seconds > 0 && shares->last_result_s > 0)) return outlook_of_pixels(shares);
     for (uint32_t i = 0; i < shares->config.renderers; i++) {
         const struct share_work *share = &shares->work[i];
         if (share->pixels == 0) continue;
@@ -236,7 +236,7 @@ struct outlook_share share_outlook(const struct shares *shares)
         most = left;
         before = share->skipped * pixel;
     }
-    double sum = before + shares->answered + most;
-    return (struct outlook_share){.finished = (before + shares->answered) / sum,
+    double sum = before + shares->last_result_s + most;
+    return (struct outlook_share){.finished = (before + shares->last_result_s) / sum,
                                   .skipped = before / sum};
 }

@@ -46,14 +46,14 @@ struct shares {
     struct share_cursor *cursors; /* per renderer */
     struct share_work *work;      /* per renderer */
     struct share_work all;
-    double answered; /* seconds from the start to the last result */
+    double last_result_s; /* seconds from the start to the last result */
     /* Per id, not 0: already finished, so not handed out; the caller's. NULL: all are handed out. */
     const unsigned char *finished;
 };
 
 /* Sets up the shares, with no work done. If there are more than `most` tiles, only ids is valid. */
-void shares_init(struct shares *shares, const struct share_config *config, uint64_t most);
-void shares_free(struct shares *shares);
+void share_init(struct shares *shares, const struct share_config *config, uint64_t most);
+void share_free(struct shares *shares);
 
 /* The tile of this id. If it begins after the last pixel of its band (share_has_pixels() is false), it has no
  * pixels. */

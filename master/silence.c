@@ -27,7 +27,7 @@ static void set_silent(struct server *server, uint32_t renderer, bool silent)
 void note_sign(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
-    contact->heard = server->awake;
+    contact->heard_at = server->awake_s;
     contact->is_asked = false;
     if (contact->is_silent) set_silent(server, renderer, false);
 }
@@ -37,7 +37,7 @@ void note_sign(struct server *server, uint32_t renderer)
 static void look_for(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
-    double since = server->awake - contact->heard, patience = server->service->patience;
+    double since = server->awake_s - contact->heard_at, patience = server->service->patience;
     double ask = fmin(ASK_AFTER, patience / 2); /* leaves time for an answer */
     if (contact->is_gone || contact->is_told || contact->is_silent || since < ask) return;
     if (contact->is_ready && !contact->is_asked) {
@@ -50,8 +50,8 @@ static void look_for(struct server *server, uint32_t renderer)
 void look_for_silence(struct server *server)
 {
     double now = clock_wall();
-    server->awake += fmin(now - server->woken, TURN_MOST);
-    server->woken = now;
+    server->awake_s += fmin(now - server->woken_at, TURN_MOST);
+    server->woken_at = now;
     if (now < server->next_look) return;
     server->next_look = now + LOOK_EVERY;
     for (uint32_t i = server->first_remote; i < server->renderers; i++)

@@ -19,11 +19,11 @@ struct smoothing {
     struct builder *builder;
     const struct triangle *triangles;
     size_t count;
-    double least_cosine; /* cosine of the largest angle between the normals at a smooth edge */
-    struct vec3 *faces;  /* unit normal of each triangle, 0 without area */
-    uint32_t base;       /* lowest vertex that the triangles use */
-    size_t vertices;     /* number of vertices from base to the highest one */
-    uint64_t *first;     /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
+    double crease_cosine; /* cosine of the largest angle between the normals at a smooth edge */
+    struct vec3 *faces;   /* unit normal of each triangle, 0 without area */
+    uint32_t base;        /* lowest vertex that the triangles use */
+    size_t vertices;      /* number of vertices from base to the highest one */
+    uint64_t *first;      /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
     uint64_t *list;
     struct vec3 *normals; /* of each corner that leads a group, not normalised; 0: none */
     uint64_t *leader; /* of each corner: the first corner of its group; a group shares a normal */
@@ -131,7 +131,7 @@ static void make_room(struct smoothing *s, size_t corners)
 static bool is_smooth_edge(const struct smoothing *s, uint64_t corner, uint64_t other)
 {
     struct vec3 a = s->faces[corner / 3], b = s->faces[other / 3];
-    return !vec_is_zero(a) && !vec_is_zero(b) && vec_dot(a, b) >= s->least_cosine;
+    return !vec_is_zero(a) && !vec_is_zero(b) && vec_dot(a, b) >= s->crease_cosine;
 }
 
 /* The context of compare_faces(): an edge at a vertex. */
@@ -260,7 +260,7 @@ const char *add_smooth_triangles(struct builder *builder, const struct triangle 
     struct smoothing s = {.builder = builder,
                           .triangles = triangles,
                           .count = count,
-                          .least_cosine = cos(crease * (M_PI / 180))};
+                          .crease_cosine = cos(crease * (M_PI / 180))};
     const char *why = NULL;
     bool rounds = crease > 0;
     if (rounds) prepare(&s);

@@ -36,10 +36,10 @@ void statistics_init(struct statistics *statistics, const struct view *view, str
     *statistics = (struct statistics){.canvas = canvas, .unsampled = pixels};
     levels_init(&statistics->levels, view);
     /* Allocated in the same way as the canvas, for the same reason. */
-    statistics->difference = allocate_there(pixels, 3 * sizeof *statistics->difference);
-    statistics->spread = allocate_there(pixels, sizeof *statistics->spread);
-    statistics->rays = allocate_there(pixels, sizeof *statistics->rays);
-    statistics->level = allocate_there(pixels, sizeof *statistics->level);
+    statistics->difference = allocate_prefaulted(pixels, 3 * sizeof *statistics->difference);
+    statistics->spread = allocate_prefaulted(pixels, sizeof *statistics->spread);
+    statistics->rays = allocate_prefaulted(pixels, sizeof *statistics->rays);
+    statistics->level = allocate_prefaulted(pixels, sizeof *statistics->level);
 }
 
 void statistics_free(struct statistics *statistics)
@@ -50,18 +50,19 @@ void statistics_free(struct statistics *statistics)
     free(statistics->level);
 }
 
-struct sampled statistics_sampled(const struct statistics *statistics)
+struct picture_statistics statistics_of_picture(const struct statistics *statistics)
 {
-    return (struct sampled){statistics->canvas, statistics->difference, statistics->spread,
-                            statistics->level, &statistics->levels};
+    return (struct picture_statistics){statistics->canvas, statistics->difference,
+                                       statistics->spread, statistics->level, &statistics->levels};
 }
 
-struct known statistics_known(const struct statistics *statistics, size_t pixel)
+struct pixel_statistics statistics_of_pixel(const struct statistics *statistics, size_t pixel)
 {
-    struct known known = {.level = statistics->level[pixel], .spread = statistics->spread[pixel]};
-    memcpy(known.mean, &statistics->canvas->rgb[3 * pixel], sizeof known.mean);
-    memcpy(known.difference, &statistics->difference[3 * pixel], sizeof known.difference);
-    return known;
+    struct pixel_statistics copy = {.level = statistics->level[pixel],
+                                    .spread = statistics->spread[pixel]};
+    memcpy(copy.mean, &statistics->canvas->rgb[3 * pixel], sizeof copy.mean);
+    memcpy(copy.difference, &statistics->difference[3 * pixel], sizeof copy.difference);
+    return copy;
 }
 
 /* The mean of `samples` samples and `count` more. */

@@ -27,7 +27,7 @@ static inline double levels_left(const struct levels *levels, uint32_t from, uin
 double own_error(const float *difference);
 
 /* A view of the statistics of a picture. Of pixels of level 0 only the level is of use. */
-struct sampled {
+struct picture_statistics {
     const struct canvas *canvas;
     const float *difference; /* 3 per pixel: A - B */
     const float *spread;     /* of each pixel, as struct pixel_floats has it */
@@ -36,7 +36,7 @@ struct sampled {
 };
 
 /* A copy of what is known of one pixel, whose level is above 0. */
-struct known {
+struct pixel_statistics {
     float mean[3], difference[3], spread;
     uint8_t level;
 };
@@ -66,10 +66,10 @@ size_t statistics_pixel_bytes(void);
 void statistics_init(struct statistics *statistics, const struct view *view, struct canvas *canvas);
 void statistics_free(struct statistics *statistics);
 
-/* statistics_sampled() is a view that follows later changes and is valid as long as the statistics are;
- * statistics_known() copies the pixel's present state. */
-struct sampled statistics_sampled(const struct statistics *statistics);
-struct known statistics_known(const struct statistics *statistics, size_t pixel);
+/* statistics_of_picture() is a view that follows later changes and is valid as long as the statistics are;
+ * statistics_of_pixel() copies the pixel's present state. */
+struct picture_statistics statistics_of_picture(const struct statistics *statistics);
+struct pixel_statistics statistics_of_pixel(const struct statistics *statistics, size_t pixel);
 
 /* Adds the samples that bring a pixel to a level above its own. Returns the rays that each of them took, at least 1. */
 double statistics_put(struct statistics *statistics, size_t pixel, uint32_t level,

@@ -107,7 +107,7 @@ void stop_install(int rank)
     mask_usr1(SIG_UNBLOCK);
 }
 
-void stop_is_served(void)
+void stop_defer(void)
 {
     is_served = 1;
 }
@@ -196,7 +196,7 @@ void stop_watch_the_start(unsigned seconds)
     alarm(seconds);
 }
 
-void stop_start_is_over(void)
+void stop_unwatch_the_start(void)
 {
     alarm(0);
 }

@@ -18,7 +18,7 @@ void stop_hold_signal(void);
 /*
  * Installs the signal handlers. SIGINT, SIGTERM and SIGUSR1: rank 0 notes the first one, which serve() looks at,
  * and is ended at once by the second one, of whichever kind. (Signals within a tenth of a second count as one:
- * timeout(1) signals a process and then its group.) Before stop_is_served() the first one ends the program with
+ * timeout(1) signals a process and then its group.) Before stop_defer() the first one ends the program with
  * a message. The other ranks ignore these signals, as mpiexec passes them to all ranks, and are told by rank 0.
  * SIGHUP is ignored: a run goes on when its terminal goes. SIGPIPE is, too: failed writes to pipes become
  * errors.
@@ -30,13 +30,13 @@ void stop_install(int rank);
 void stop_ignore_file_limit(void);
 
 /* From now on the caller looks at *stop_signal(), which is the number of the signal that was noted, or 0. */
-void stop_is_served(void);
+void stop_defer(void);
 const volatile sig_atomic_t *stop_signal(void);
 
 /* What one of the signals that end a run is called in messages: by its key, too, where it has one. */
 const char *signal_name(int number);
 
-/* Names a file that is of no use yet, an empty journal. It is removed if the job ends before stop_is_served(),
+/* Names a file that is of no use yet, an empty journal. It is removed if the job ends before stop_defer(),
  * by a signal or because not all ranks came to the start. path: the caller's, valid as long as the program runs. */
 void stop_removes(const char *path);
 
@@ -52,12 +52,12 @@ _Noreturn void stop_job(int status, void (*end)(int status));
 bool stop_has_launcher(void);
 
 /*
- * Limits the time for which rank 0 waits for the others at the start: unless stop_start_is_over() is called
+ * Limits the time for which rank 0 waits for the others at the start: unless stop_unwatch_the_start() is called
  * within this time, the job ends with STATUS_RESUMABLE and a message. Otherwise a rank that is stopped before it
  * renders would keep the others waiting for ever, as MPI starts collectively.
  */
 void stop_watch_the_start(unsigned seconds);
-void stop_start_is_over(void);
+void stop_unwatch_the_start(void);
 
 /*
  * To be called when all that matters is done: from now on signals are ignored, and do not change the status. If

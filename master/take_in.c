@@ -163,10 +163,10 @@ static void take_letter(struct server *server, const struct letter *letter)
 static void note_waits(struct server *server, double looked, int count)
 {
     struct service *service = server->service;
-    double waited = looked - server->polled;
+    double waited = looked - server->polled_at;
     service->answer_wait_s += count * waited;
     if (count > 0) service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
-    server->polled = looked;
+    server->polled_at = looked;
 }
 
 /* Seconds after which MPI is polled even though all renderers announce their messages and none has. This is a

@@ -228,7 +228,7 @@ static bool is_blocked(struct triangulation *out, const struct corner *a, const 
     return false;
 }
 
-static void measure(struct triangulation *out, uint32_t index)
+static void update_turn(struct triangulation *out, uint32_t index)
 {
     struct corner *b = &out->corners[index];
     b->turn = turn_of(&out->corners[b->prev], b, &out->corners[b->next]);
@@ -239,17 +239,17 @@ static void measure(struct triangulation *out, uint32_t index)
     *cell = index;
 }
 
-static void judge(struct triangulation *out, uint32_t index)
+static void update_ear(struct triangulation *out, uint32_t index)
 {
     struct corner *b = &out->corners[index];
     b->ear = b->turn > 0 && !is_blocked(out, &out->corners[b->prev], b, &out->corners[b->next]);
 }
 
-static void judge_all(struct triangulation *out, uint32_t start)
+static void update_ears(struct triangulation *out, uint32_t start)
 {
     uint32_t i = start;
     do {
-        judge(out, i);
+        update_ear(out, i);
         i = out->corners[i].next;
     } while (i != start);
 }
@@ -261,10 +261,10 @@ static uint32_t cut(struct triangulation *out, uint32_t index)
     corner->cut = true;
     out->corners[corner->prev].next = corner->next;
     out->corners[corner->next].prev = corner->prev;
-    measure(out, corner->prev);
-    measure(out, corner->next);
-    judge(out, corner->prev);
-    judge(out, corner->next);
+    update_turn(out, corner->prev);
+    update_turn(out, corner->next);
+    update_ear(out, corner->prev);
+    update_ear(out, corner->next);
     return corner->prev;
 }
 
@@ -297,7 +297,7 @@ static bool find_ear(struct triangulation *out, uint32_t *at)
  * The corner to cut when there is no ear: one without area if there is one, else the most convex one (the polygon
  * crosses itself, or seems to by rounding).
  */
-static uint32_t find_worst(struct triangulation *out, uint32_t start)
+static uint32_t find_fallback(struct triangulation *out, uint32_t start)
 {
     const struct corner *corners = out->corners;
     uint32_t best = start, i = start;
@@ -320,11 +320,11 @@ static bool clip(struct triangulation *out, size_t count)
     begin_grid(out->grid, corners, count);
     out->looks = 0;
     for (uint32_t i = 0; i < count; i++)
-        measure(out, i);
-    judge_all(out, at);
+        update_turn(out, i);
+    update_ears(out, at);
     for (size_t left = count; left >= 3; left--) {
         if (out->looks > most) return false;
-        if (!find_ear(out, &at)) at = find_worst(out, at);
+        if (!find_ear(out, &at)) at = find_fallback(out, at);
         emit(out, at);
         /* Going on at the corner after next keeps the triangles of a round outline from becoming a
          * fan of slivers. */
@@ -337,7 +337,7 @@ static bool clip(struct triangulation *out, size_t count)
 
 /* The smaller of the areas of two triangles projected along the normal, up to a common factor; < 0: one of them faces
  * the other way. */
-static double least_share(const struct vec3 *points, const uint32_t t[2][3], struct vec3 normal)
+static double least_area(const struct vec3 *points, const uint32_t t[2][3], struct vec3 normal)
 {
     return fmin(vec_dot(triangle_normal(points, t[0]), normal),
                 vec_dot(triangle_normal(points, t[1]), normal));
@@ -347,12 +347,12 @@ static double least_share(const struct vec3 *points, const uint32_t t[2][3], str
  * Cuts along the diagonal that leaves both halves facing the same way as the whole. Unlike ears, which are searched in
  * the projection, this is right for the bent quads of height fields, too, and always gives two triangles.
  */
-static void split(struct triangulation *out)
+static void split_quad(struct triangulation *out)
 {
     static const uint32_t halves[2][2][3] = {{{3, 0, 1}, {1, 2, 3}}, {{0, 1, 2}, {0, 2, 3}}};
     struct vec3 normal = newell_normal(out->points, 4);
-    double first = least_share(out->points, halves[0], normal);
-    double second = least_share(out->points, halves[1], normal);
+    double first = least_area(out->points, halves[0], normal);
+    double second = least_area(out->points, halves[1], normal);
     bool use_first = first > ROUNDING || first > second;
     memcpy(out->triangles, halves[use_first ? 0 : 1], sizeof halves[0]);
     out->count = 2;
@@ -382,7 +382,7 @@ const char *triangulate(const struct vec3 *polygon, size_t count, struct triangu
     }
     shrink(polygon, count, out->points);
     if (count == 4) {
-        split(out);
+        split_quad(out);
         return NULL;
     }
     return clip(out, count)

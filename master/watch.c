@@ -40,7 +40,7 @@ bool watch_start(struct watch *watch, const char *csv)
 
 void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header)
 {
-    watch->finished += pixels;
+    watch->pixels_finished += pixels;
     watch->work_s += header->cpu_s;
     error_sum_add(&watch->sampling, &header->counts.sampling);
     error_sum_add(&watch->halfway, &header->counts.halfway);
@@ -48,15 +48,16 @@ void watch_add(struct watch *watch, uint64_t pixels, const struct result_header 
 
 /* The state of the picture at a moment. */
 struct look {
-    struct error_told told;
+    struct error_breakdown breakdown;
     uint64_t pixels, samples;
 };
 
 static struct look look_at(const struct watch *watch)
 {
     struct look look = {
-        {.sum = watch->sampling}, watch->finished, watch->finished * watch->samples};
-    if (watch->adaptive) look.told = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
+        {.sum = watch->sampling}, watch->pixels_finished, watch->pixels_finished * watch->samples};
+    if (watch->adaptive)
+        look.breakdown = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
     return look;
 }
 
@@ -71,9 +72,9 @@ static void add_row(struct watch *watch, double now, unsigned pass)
     struct error_row row = {
         .elapsed_s = now - watch->begin,
         .samples = (double)look.samples / (double)canvas_pixels(watch->canvas),
-        .estimate = error_estimate(&look.told, look.pixels, kind, number),
+        .estimate = error_estimate(&look.breakdown, look.pixels, kind, number),
         .true_rmse = (double)NAN,
-        .share = (double)look.pixels / (double)canvas_pixels(watch->canvas),
+        .sampled_share = (double)look.pixels / (double)canvas_pixels(watch->canvas),
     };
     if (watch->reference && look.pixels == canvas_pixels(watch->canvas))
         row.true_rmse = truth_rmse(watch->canvas, watch->reference);
@@ -105,9 +106,9 @@ void watch_pass(struct watch *watch, double now)
  * are not known. */
 static bool points_of(const struct watch *watch, struct error_point points[2])
 {
-    const struct error_told halfway = {.sum = watch->halfway}, all = {.sum = watch->sampling};
-    return error_point(&halfway, watch->finished, watch->work_s, &points[0]) &&
-           error_point(&all, watch->finished, watch->work_s, &points[1]);
+    const struct error_breakdown halfway = {.sum = watch->halfway}, all = {.sum = watch->sampling};
+    return error_point(&halfway, watch->pixels_finished, watch->work_s, &points[0]) &&
+           error_point(&all, watch->pixels_finished, watch->work_s, &points[1]);
 }
 
 /* The forecast of a run with a single pass: from its middle and its end. */
@@ -139,7 +140,7 @@ static struct error_forecast forecast_to(const struct watch *watch, const struct
 {
     double power = first_power(watch, goal);
     return error_forecast_to(now, goal,
-                             adaptive_foresee(watch->adaptive, TARGET_REACHED * goal, power));
+                             adaptive_forecast(watch->adaptive, TARGET_REACHED * goal, power));
 }
 
 /* The round goal may need more than the most samples per pixel; half of the error may not. */
@@ -147,7 +148,7 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
     struct look look = look_at(watch);
-    if (!error_point(&look.told, look.pixels, adaptive_seconds(watch->adaptive), &now))
+    if (!error_point(&look.breakdown, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     struct error_forecast forecast = forecast_to(watch, &now, forecast_goal(now.rmse));
     return forecast.beyond ? forecast_to(watch, &now, now.rmse / 2) : forecast;
@@ -174,7 +175,7 @@ static bool is_told(const struct watch *watch)
 
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
 {
-    bool whole = !watch->adaptive && watch->finished == canvas_pixels(watch->canvas);
+    bool whole = !watch->adaptive && watch->pixels_finished == canvas_pixels(watch->canvas);
     if (!watch->adaptive || !is_told(watch)) add_row(watch, now, whole ? 1 : 0);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;

@@ -25,8 +25,8 @@ struct watch {
     FILE *csv;     /* NULL: none; owned */
     int csv_error; /* errno of the first failure to write it; 0: none */
     struct error_sum sampling, halfway;
-    uint64_t finished; /* pixels */
-    double work_s;     /* CPU seconds of rendering, of all renderers */
+    uint64_t pixels_finished;
+    double work_s; /* CPU seconds of rendering, of all renderers */
     struct error_log log;
     unsigned looks; /* rows that do not follow a complete pass */
     double next;    /* when the next row is due: a time of common/clock.h */

@@ -132,8 +132,9 @@ struct result {
 static inline void estimate(struct result *result)
 {
     uint64_t pixels, samples;
-    struct error_told told = adaptive_errors(result->adaptive, &pixels, &samples);
-    struct error_estimate estimate = error_estimate(&told, pixels, ERROR_LOOK_PASS, result->passes);
+    struct error_breakdown breakdown = adaptive_errors(result->adaptive, &pixels, &samples);
+    struct error_estimate estimate =
+        error_estimate(&breakdown, pixels, ERROR_LOOK_PASS, result->passes);
     assert_int_equal(pixels, PIXELS);
     result->samples = (double)samples / PIXELS;
     result->estimated = estimate.rmse;

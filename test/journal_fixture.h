@@ -82,7 +82,7 @@ static inline void write_journal(struct scratch *s, uint32_t records)
     assert_non_null(journal);
     for (uint32_t i = 0; i < records; i++)
         assert_true(append(journal, i));
-    journal_keep(journal);
+    journal_close(journal);
 }
 
 static inline size_t read_file(const char *path, char *bytes, size_t size)
@@ -107,10 +107,10 @@ static inline void check_resume(struct scratch *s, uint32_t records, size_t dama
     assert_true((damaged > 0) == (strstr(s->said, "damaged") != NULL));
     for (uint32_t i = records; i < all; i++)
         assert_true(append(journal, i));
-    journal_keep(journal);
+    journal_close(journal);
     journal = open_as(s, PICTURE, &seen);
     assert_true(!seen.wrong && seen.records == all && !*s->said);
-    journal_keep(journal);
+    journal_close(journal);
 }
 
 static inline struct journal *open_damaged(struct scratch *s, const char *bytes, size_t size,

@@ -138,7 +138,7 @@ static inline struct farm *farm_open(const struct queue_config *config)
                                      .patience = 60};
     farm->server = (struct server){.service = &farm->service,
                                    .start = clock_wall(),
-                                   .woken = clock_wall(),
+                                   .woken_at = clock_wall(),
                                    .last_pass = true,
                                    .first_remote = 1,
                                    .flag_words = arrivals_words(RENDERERS),

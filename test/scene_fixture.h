@@ -236,7 +236,7 @@ static inline void assert_rough_hit(const struct scene *scene, const struct ray 
     struct hit settled = *rough;
     assert_int_equal(rough->primitive, hit->primitive);
     if (is_rough_hit(rough)) {
-        assert_true(fabs(rough->t - hit->t) <= rough->u);
+        assert_true(fabs(rough->t - hit->t) <= hit_t_error(rough));
         uint64_t exact = 0;
         settled = settled_hit(scene, ray, rough, &exact);
     }

@@ -58,7 +58,7 @@ static void test_crews_plan_the_same(void **state)
     struct crew *crew = crew_gather(3);
     canvas_init(&together.canvas, EDGE, EDGE);
     together.adaptive = adaptive_create(&view, &together.canvas, 0.001);
-    adaptive_lend(together.adaptive, crew);
+    adaptive_set_crew(together.adaptive, crew);
     do
         render_pass(together.adaptive, &view, ball, 16, false);
     while (adaptive_plan(together.adaptive, HUGE_VAL));
@@ -226,7 +226,7 @@ static void test_vain_plan_changes_nothing(void **state)
     disturbed.adaptive = adaptive_create(&view, &disturbed.canvas, 0.012);
     do {
         render_pass(disturbed.adaptive, &view, scattered, 16, false);
-        assert_false(adaptive_plan_again(disturbed.adaptive, 1e300));
+        assert_false(adaptive_replan(disturbed.adaptive, 1e300));
     } while (adaptive_plan(disturbed.adaptive, HUGE_VAL));
     assert_true(plain.passes > 3);
     assert_int_equal(plain.passes, adaptive_passes(disturbed.adaptive));

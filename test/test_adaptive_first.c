@@ -61,7 +61,7 @@ static void test_cut_off(void **state)
     assert_true(adaptive_plan(cut.adaptive, 0.13 * needed));
     check_lattice(cut.adaptive, 3);
     render_pass(cut.adaptive, &view, ball, 32, false);
-    assert_true(isnan(adaptive_foresee(cut.adaptive, 1e-4, 1.5)));
+    assert_true(isnan(adaptive_forecast(cut.adaptive, 1e-4, 1.5)));
     assert_true(
         adaptive_plan(cut.adaptive, 0.2 * needed)); /* half of all less the eighth is too much */
     check_lattice(cut.adaptive, 2);
@@ -70,7 +70,7 @@ static void test_cut_off(void **state)
     check_lattice(cut.adaptive, 0);
     render_pass(cut.adaptive, &view, ball, 32, false);
     assert_int_equal(adaptive_unsampled(cut.adaptive), 0);
-    assert_true(adaptive_is_first(cut.adaptive) && adaptive_foresee(cut.adaptive, 1e-4, 1.5) > 0);
+    assert_true(adaptive_is_first(cut.adaptive) && adaptive_forecast(cut.adaptive, 1e-4, 1.5) > 0);
     assert_memory_equal(cut.canvas.rgb, whole.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(adaptive_plan(whole.adaptive, HUGE_VAL) && adaptive_plan(cut.adaptive, HUGE_VAL));
     adaptive_refinements(whole.adaptive, &everything, expected);
@@ -108,14 +108,14 @@ static void test_lattice_again(void **state)
     assert_true(adaptive_plan(first.adaptive, 0.3 * needed));
     const double strange[] = {0, 0.5, -0.5, -1.5, -2 - (double)LATTICE_COARSEST, -1e300, -HUGE_VAL};
     for (size_t i = 0; i < sizeof strange / sizeof *strange; i++)
-        assert_false(adaptive_plan_again(again.adaptive, strange[i]));
-    assert_true(adaptive_plan_again(again.adaptive, adaptive_limit(first.adaptive)));
+        assert_false(adaptive_replan(again.adaptive, strange[i]));
+    assert_true(adaptive_replan(again.adaptive, adaptive_limit(first.adaptive)));
     assert_true(adaptive_plan_hash(again.adaptive, &everything) ==
                 adaptive_plan_hash(first.adaptive, &everything));
     render_pass(again.adaptive, &view, ball, 16, false);
     assert_true(adaptive_plan(again.adaptive, HUGE_VAL));
     render_pass(again.adaptive, &view, ball, 16, false);
-    assert_false(adaptive_plan_again(again.adaptive, -1)); /* there is nothing left for it */
+    assert_false(adaptive_replan(again.adaptive, -1)); /* there is nothing left for it */
     drop(&first);
     drop(&again);
 }
@@ -131,12 +131,12 @@ static void test_strange_limit_cuts_nothing(void **state)
     result.adaptive = adaptive_create(&view, &result.canvas, 0);
     const struct tile corner = {.w = 16, .h = 16, .step = 1};
     render_tile(result.adaptive, &view, ball, &corner);
-    assert_false(adaptive_plan_again(result.adaptive, -1.5));
-    assert_false(adaptive_plan_again(result.adaptive, -2 - (double)LATTICE_COARSEST));
+    assert_false(adaptive_replan(result.adaptive, -1.5));
+    assert_false(adaptive_replan(result.adaptive, -2 - (double)LATTICE_COARSEST));
     assert_false(adaptive_is_complete(result.adaptive));
     assert_true(adaptive_missing(result.adaptive) == 1 - 256.0 / PIXELS);
     assert_int_equal(adaptive_passes(result.adaptive), 1);
-    assert_true(adaptive_plan_again(result.adaptive, -1));
+    assert_true(adaptive_replan(result.adaptive, -1));
     assert_int_equal(adaptive_passes(result.adaptive), 2);
     assert_true(adaptive_missing(result.adaptive) == 1);
     check_lattice(result.adaptive, 0);

@@ -38,7 +38,7 @@ static void test_outcome(void **state)
     allocation_add(allocation, 1, 3, 10, 5);
     allocation_add(allocation, 1, 5, 20, 1); /* once at the most */
     allocation_add(allocation, 1, 7, 30, 5);
-    assert_true(allocation_told(allocation) == 15);
+    assert_true(allocation_squares(allocation) == 15);
     struct allocation_outcome none = allocation_under(allocation, 2);
     assert_true(none.left == 15 && none.effort == 0);
     struct allocation_outcome twice = allocation_under(allocation, 0.1);
@@ -54,7 +54,7 @@ static void test_limit(void **state)
     struct allocation *allocation = allocation_create(1);
     for (int i = 1; i < 40; i++)
         allocation_add(allocation, exp2(-0.3 * i), i, 1, 3);
-    double most = allocation_told(allocation), least = allocation_under(allocation, 0).left;
+    double most = allocation_squares(allocation), least = allocation_under(allocation, 0).left;
     for (double share = 0.1; share < 1; share += 0.1) {
         double goal = share * most, limit = allocation_limit(allocation, goal);
         double left = allocation_under(allocation, limit).left;
@@ -108,7 +108,7 @@ static void test_extremes(void **state)
     struct allocation *allocation = allocation_create(1);
     for (int i = 0; i < 6; i++)
         allocation_add(allocation, gains[i], exp2(i), 1, 1);
-    assert_true(allocation_told(allocation) == 63);
+    assert_true(allocation_squares(allocation) == 63);
     assert_true(allocation_under(allocation, HUGE_VAL).left == 63);
     double least = allocation_under(allocation, 1e-30).left;
     assert_true(is_about(least, 1 + 2 + 4 + (8 + 16 + 32) * exp2(-1.5)));
@@ -128,7 +128,7 @@ static void test_join(void **state)
         allocation_add(halves[i % 2], gain, gain, i, (unsigned)i % LEVEL_MAX);
     }
     allocation_join(halves[0], halves[1]);
-    assert_true(allocation_told(halves[0]) == allocation_told(whole));
+    assert_true(allocation_squares(halves[0]) == allocation_squares(whole));
     for (double limit = 1e-3; limit < 1e3; limit *= 7) {
         struct allocation_outcome a = allocation_under(whole, limit),
                                   b = allocation_under(halves[0], limit);

@@ -194,21 +194,21 @@ static void test_bounds(void **state)
 }
 
 /* The ball, the tip of the cone, a corner of the box, and, aside of its normal, the disc. */
-static void test_reach(void **state)
+static void test_support(void **state)
 {
     (void)state;
     const struct vec3 directions[] = {{2, 0, 0}, {1, 1, 0}, {-1, -1, 0}};
-    double reach[3];
+    double support[3];
     struct builder *builder = fill();
-    assert_true(builder_reach(builder, vec3(1, 0, 0), 3, directions, reach));
-    assert_true(reach[0] == 12 && reach[1] == 8 && reach[2] == 5);
+    assert_true(builder_support(builder, vec3(1, 0, 0), 3, directions, support));
+    assert_true(support[0] == 12 && support[1] == 8 && support[2] == 5);
     builder_destroy(builder);
     builder = builder_create();
     struct disc disc = {
         .normal = {0, 0.6, 0.8}, .radius = 10, .material = add_material(builder, 0)};
     assert_null(builder_add_disc(builder, &disc));
-    assert_true(builder_reach(builder, vec3(0, 1, 0), 3, directions, reach));
-    assert_true(reach[0] == 20 && fabs(reach[1] - (sqrt(164) - 1)) < 1e-12);
+    assert_true(builder_support(builder, vec3(0, 1, 0), 3, directions, support));
+    assert_true(support[0] == 20 && fabs(support[1] - (sqrt(164) - 1)) < 1e-12);
     builder_destroy(builder);
 }
 
@@ -275,7 +275,7 @@ int main(void)
         cmocka_unit_test(test_directions_of_any_length),
         cmocka_unit_test(test_same_input_same_bytes),
         cmocka_unit_test(test_bounds),
-        cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_support),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_many),
     };

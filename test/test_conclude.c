@@ -137,7 +137,7 @@ static void test_no_samples(void **state)
 {
     struct scratch *s = *state;
     struct run run = run_open();
-    struct service service = {.timed_out = true, .began = run.start + 7.35, .kept_s = 1.5};
+    struct service service = {.timed_out = true, .began_at = run.start + 7.35, .reserved_s = 1.5};
     run.job.settings.sampling.time_limit = 8;
     run.report.time = (struct run_times){
         .init = 0.06, .load = 1.25, .room = 4, .resume = 0.5, .broadcast = 0.04, .build = 1.5};

@@ -98,11 +98,11 @@ static void check_canvas(uint32_t width, uint32_t height)
             color_row_take(&rows[k], &canvas, (int64_t)y + k - 1);
         contrast_of_row(rows, width, &contrasts);
         for (uint32_t x = 0; x < width; x++)
-            check_pixel(&canvas, x, y, contrasts.largest[x], contrasts.across[x],
-                        contrasts.around[x]);
+            check_pixel(&canvas, x, y, contrasts.largest[x], contrasts.edge_variance[x],
+                        contrasts.range_variance[x]);
     }
-    free(contrasts.around);
-    free(contrasts.across);
+    free(contrasts.range_variance);
+    free(contrasts.edge_variance);
     free(contrasts.largest);
     free(floats);
     canvas_free(&canvas);

@@ -68,11 +68,11 @@ static void test_borrow_and_return(void **state)
 static void test_many_cores(void **state)
 {
     (void)state;
-    struct berth small, large;
+    struct affinity small, large;
     check_borrow_and_return(3 * CPU_SETSIZE);
-    berth_find(&small);
+    affinity_find(&small);
     possible = 3 * CPU_SETSIZE;
-    berth_find(&large);
+    affinity_find(&large);
     possible = 0;
     assert_true(CPU_COUNT(&small.cores) > 0 && CPU_EQUAL(&small.cores, &large.cores));
 }

@@ -14,22 +14,22 @@
 #include "master/crowd.h"
 #include "test/random.h"
 
-/* A berth with the cores from first to last. */
-static struct berth berth_of(const char *machine, unsigned first, unsigned last)
+/* A affinity with the cores from first to last. */
+static struct affinity affinity_of(const char *machine, unsigned first, unsigned last)
 {
-    struct berth berth = {0};
-    snprintf(berth.machine, sizeof berth.machine, "%s", machine);
+    struct affinity affinity = {0};
+    snprintf(affinity.machine, sizeof affinity.machine, "%s", machine);
     for (unsigned core = first; core <= last; core++)
-        CPU_SET(core, &berth.cores);
-    return berth;
+        CPU_SET(core, &affinity.cores);
+    return affinity;
 }
 
-/* The crowd of the berths; asserts its numbers of groups and processors. */
-static struct crowd crowd_of(const struct berth *berths, uint32_t count, uint32_t groups,
+/* The crowd of the affinities; asserts its numbers of groups and processors. */
+static struct crowd crowd_of(const struct affinity *affinities, uint32_t count, uint32_t groups,
                              uint32_t processors)
 {
     struct crowd crowd;
-    crowd_init(&crowd, berths, count);
+    crowd_init(&crowd, affinities, count);
     assert_int_equal(crowd.renderers, count);
     assert_int_equal(crowd.count, groups);
     assert_int_equal(crowd.processors, processors);
@@ -39,9 +39,10 @@ static struct crowd crowd_of(const struct berth *berths, uint32_t count, uint32_
 static void test_machines(void **state)
 {
     (void)state;
-    const struct berth berths[] = {berth_of("a", 0, 1), berth_of("b", 0, 7), berth_of("a", 0, 1),
-                                   berth_of("b", 0, 7), berth_of("a", 0, 1)};
-    struct crowd crowd = crowd_of(berths, 5, 2, 4);
+    const struct affinity affinities[] = {affinity_of("a", 0, 1), affinity_of("b", 0, 7),
+                                          affinity_of("a", 0, 1), affinity_of("b", 0, 7),
+                                          affinity_of("a", 0, 1)};
+    struct crowd crowd = crowd_of(affinities, 5, 2, 4);
     assert_int_equal(crowd.group_of[0], crowd.group_of[4]);
     assert_int_not_equal(crowd.group_of[0], crowd.group_of[1]);
     const struct crowd_group *three = &crowd.groups[crowd.group_of[0]];
@@ -56,16 +57,16 @@ static void test_machines(void **state)
 static void test_bound(void **state)
 {
     (void)state;
-    struct berth berths[4];
+    struct affinity affinities[4];
     for (unsigned i = 0; i < 4; i++)
-        berths[i] = berth_of("a", i / 2, i / 2);
-    struct crowd crowd = crowd_of(berths, 4, 2, 2);
+        affinities[i] = affinity_of("a", i / 2, i / 2);
+    struct crowd crowd = crowd_of(affinities, 4, 2, 2);
     assert_int_equal(crowd.group_of[0], crowd.group_of[1]);
     assert_int_not_equal(crowd.group_of[1], crowd.group_of[2]);
     crowd_free(&crowd);
     for (unsigned i = 0; i < 4; i++)
-        berths[i] = berth_of("a", i, i);
-    crowd = crowd_of(berths, 4, 4, 4);
+        affinities[i] = affinity_of("a", i, i);
+    crowd = crowd_of(affinities, 4, 4, 4);
     assert_int_equal(crowd.cores, 4);
     crowd_free(&crowd);
 }
@@ -74,9 +75,10 @@ static void test_bound(void **state)
 static void test_groups_merge(void **state)
 {
     (void)state;
-    const struct berth berths[] = {berth_of("a", 0, 0), berth_of("a", 9, 9), berth_of("a", 1, 1),
-                                   berth_of("a", 1, 1), berth_of("a", 0, 1)};
-    struct crowd crowd = crowd_of(berths, 5, 2, 3);
+    const struct affinity affinities[] = {affinity_of("a", 0, 0), affinity_of("a", 9, 9),
+                                          affinity_of("a", 1, 1), affinity_of("a", 1, 1),
+                                          affinity_of("a", 0, 1)};
+    struct crowd crowd = crowd_of(affinities, 5, 2, 3);
     assert_int_equal(crowd.cores, 3);
     for (uint32_t i = 2; i < 5; i++)
         assert_int_equal(crowd.group_of[i], crowd.group_of[0]);
@@ -88,11 +90,11 @@ static void test_groups_merge(void **state)
 static void test_unknown(void **state)
 {
     (void)state;
-    struct berth berths[5] = {0};
-    berths[2] = berth_of("a", 0, 0);
-    berths[3] = berth_of("", 0, 0);
-    berths[4].machine[0] = 'a';
-    struct crowd crowd = crowd_of(berths, 5, 5, 5);
+    struct affinity affinities[5] = {0};
+    affinities[2] = affinity_of("a", 0, 0);
+    affinities[3] = affinity_of("", 0, 0);
+    affinities[4].machine[0] = 'a';
+    struct crowd crowd = crowd_of(affinities, 5, 5, 5);
     assert_int_equal(crowd.cores, 5);
     crowd_free(&crowd);
 }
@@ -101,42 +103,44 @@ static void test_unknown(void **state)
 static void test_many_machines(void **state)
 {
     (void)state;
-    enum { BERTHS = 100000 };
-    struct berth *berths = calloc(BERTHS, sizeof *berths);
-    for (unsigned i = 0; i < BERTHS; i++) {
+    enum { AFFINITIES = 100000 };
+    struct affinity *affinities = calloc(AFFINITIES, sizeof *affinities);
+    for (unsigned i = 0; i < AFFINITIES; i++) {
         char name[16];
         snprintf(name, sizeof name, "%u", i / 2);
-        berths[(i * 7919u) % BERTHS] = berth_of(name, 0, i / 2 % 2);
+        affinities[(i * 7919u) % AFFINITIES] = affinity_of(name, 0, i / 2 % 2);
     }
     double start = clock_thread_cpu();
-    struct crowd crowd = crowd_of(berths, BERTHS, BERTHS / 2, BERTHS / 2 + BERTHS / 4);
+    struct crowd crowd =
+        crowd_of(affinities, AFFINITIES, AFFINITIES / 2, AFFINITIES / 2 + AFFINITIES / 4);
     assert_true(clock_thread_cpu() - start < 3);
     crowd_free(&crowd);
-    free(berths);
+    free(affinities);
 }
 
 /* The groups are the same as by comparing all pairs until nothing changes. */
 static void test_as_defined(void **state)
 {
     (void)state;
-    enum { BERTHS = 40 };
+    enum { AFFINITIES = 40 };
     uint64_t seed = 1;
     for (int round = 0; round < 200; round++) {
-        struct berth berths[BERTHS] = {0};
-        uint32_t least[BERTHS];
-        for (unsigned i = 0; i < BERTHS; i++) {
+        struct affinity affinities[AFFINITIES] = {0};
+        uint32_t least[AFFINITIES];
+        for (unsigned i = 0; i < AFFINITIES; i++) {
             char name[2] = {(char)('a' + random_below(&seed, 3)), 0};
             unsigned first = random_below(&seed, 60);
-            berths[i] = berth_of(name, first, first + random_below(&seed, 4));
+            affinities[i] = affinity_of(name, first, first + random_below(&seed, 4));
             least[i] = i;
         }
         for (bool changed = true; changed;) {
             changed = false;
-            for (unsigned k = 0; k < BERTHS * BERTHS; k++) {
-                unsigned a = k / BERTHS, b = k % BERTHS;
+            for (unsigned k = 0; k < AFFINITIES * AFFINITIES; k++) {
+                unsigned a = k / AFFINITIES, b = k % AFFINITIES;
                 cpu_set_t both;
-                CPU_AND(&both, &berths[a].cores, &berths[b].cores);
-                if (berths[a].machine[0] != berths[b].machine[0] || CPU_COUNT(&both) == 0) continue;
+                CPU_AND(&both, &affinities[a].cores, &affinities[b].cores);
+                if (affinities[a].machine[0] != affinities[b].machine[0] || CPU_COUNT(&both) == 0)
+                    continue;
                 if (least[a] <= least[b]) continue;
                 least[a] = least[b];
                 changed = true;
@@ -144,15 +148,15 @@ static void test_as_defined(void **state)
         }
         struct crowd crowd;
         uint32_t groups = 0;
-        crowd_init(&crowd, berths, BERTHS);
-        for (unsigned i = 0; i < BERTHS; i++) {
+        crowd_init(&crowd, affinities, AFFINITIES);
+        for (unsigned i = 0; i < AFFINITIES; i++) {
             cpu_set_t all;
             CPU_ZERO(&all);
             uint32_t members = 0;
-            for (unsigned k = 0; k < BERTHS; k++) {
+            for (unsigned k = 0; k < AFFINITIES; k++) {
                 assert_int_equal(crowd.group_of[i] == crowd.group_of[k], least[i] == least[k]);
                 if (least[i] != least[k]) continue;
-                CPU_OR(&all, &all, &berths[k].cores);
+                CPU_OR(&all, &all, &affinities[k].cores);
                 members++;
             }
             const struct crowd_group *group = &crowd.groups[crowd.group_of[i]];
@@ -170,11 +174,11 @@ static void test_as_defined(void **state)
 static void test_find(void **state)
 {
     (void)state;
-    struct berth berths[2];
-    berth_find(&berths[0]);
-    berth_find(&berths[1]);
-    assert_true(berths[0].machine[0] != '\0' && CPU_COUNT(&berths[0].cores) > 0);
-    struct crowd crowd = crowd_of(berths, 2, 1, CPU_COUNT(&berths[0].cores) < 2 ? 1 : 2);
+    struct affinity affinities[2];
+    affinity_find(&affinities[0]);
+    affinity_find(&affinities[1]);
+    assert_true(affinities[0].machine[0] != '\0' && CPU_COUNT(&affinities[0].cores) > 0);
+    struct crowd crowd = crowd_of(affinities, 2, 1, CPU_COUNT(&affinities[0].cores) < 2 ? 1 : 2);
     crowd_free(&crowd);
 }
 

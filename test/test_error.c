@@ -34,7 +34,7 @@ static void assert_close(double value, double expected, double tolerance)
 static void test_nothing_is_no_error(void **state)
 {
     (void)state;
-    const struct error_told none = {.sum = {0, 0}};
+    const struct error_breakdown none = {.sum = {0, 0}};
     struct error_estimate estimate = error_estimate(&none, 0, ERROR_LOOK_PASS, 1);
     assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
     estimate = error_estimate(&none, 100, ERROR_LOOK_PASS, 1);
@@ -44,11 +44,12 @@ static void test_nothing_is_no_error(void **state)
 static void test_interval_widens_with_every_look(void **state)
 {
     (void)state;
-    const struct error_told told = {.sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001}};
-    struct error_estimate before = error_estimate(&told, 1000, ERROR_LOOK_PASS, 1);
+    const struct error_breakdown breakdown = {
+        .sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001}};
+    struct error_estimate before = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
     assert_close(before.rmse, 0.1, 1e-12);
     for (unsigned look = 2; look < 200; look++) {
-        struct error_estimate now = error_estimate(&told, 1000, ERROR_LOOK_PASS, look);
+        struct error_estimate now = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, look);
         assert_true(now.rmse == before.rmse && now.low < before.low && now.high > before.high);
         before = now;
     }
@@ -61,14 +62,14 @@ static void test_hidden_widens_the_interval(void **state)
 {
     (void)state;
     for (unsigned look = 1; look <= 100; look += 99) {
-        const struct error_told all = {.sum = {.squares = 10, .fourths = 0}, .hidden = 10};
+        const struct error_breakdown all = {.sum = {.squares = 10, .fourths = 0}, .hidden = 10};
         struct error_estimate estimate = error_estimate(&all, 1000, ERROR_LOOK_PASS, look);
         assert_close(estimate.high, 0.2, 1e-12);
         assert_close(estimate.low, 0.025, 1e-12);
-        const struct error_told half = {.sum = {.squares = 10, .fourths = 0.3},
-                                        .hidden = 5,
-                                        .carried = 2.5},
-                                none = {.sum = half.sum};
+        const struct error_breakdown half = {.sum = {.squares = 10, .fourths = 0.3},
+                                             .hidden = 5,
+                                             .carried = 2.5},
+                                     none = {.sum = half.sum};
         struct error_estimate by_luck = error_estimate(&none, 1000, ERROR_LOOK_PASS, look);
         estimate = error_estimate(&half, 1000, ERROR_LOOK_PASS, look);
         double luck = log(by_luck.high / 0.1);
@@ -80,10 +81,10 @@ static void test_hidden_widens_the_interval(void **state)
 /* How often the interval misses, if the logarithm of what the pixels tell is normal. */
 static double miss_of(enum error_look kind, unsigned number)
 {
-    const struct error_told told = {.sum = {.squares = 10, .fourths = 0.3}};
-    struct error_estimate estimate = error_estimate(&told, 1000, kind, number);
+    const struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
+    struct error_estimate estimate = error_estimate(&breakdown, 1000, kind, number);
     assert_close(estimate.low * estimate.high, estimate.rmse * estimate.rmse, 1e-12);
-    double spread = M_SQRT2 * sqrt(told.sum.fourths) / told.sum.squares;
+    double spread = M_SQRT2 * sqrt(breakdown.sum.fourths) / breakdown.sum.squares;
     return erfc(2 * log(estimate.high / estimate.rmse) / spread * M_SQRT1_2);
 }
 
@@ -112,7 +113,7 @@ static void test_intervals_hold(void **state)
     enum { RUNS = 2000, LOOKS = 10, PIXELS = 200 };
     unsigned missed = 0;
     for (unsigned run = 0; run < RUNS; run++) {
-        struct error_told told = {.sum = {0, 0}};
+        struct error_breakdown breakdown = {.sum = {0, 0}};
         double truth = 0;
         bool held = true;
         for (unsigned look = 1; look <= LOOKS; look++) {
@@ -121,11 +122,12 @@ static void test_intervals_hold(void **state)
                 double a = size * normal(), b = size * normal();
                 truth += (a + b) * (a + b) / 4;
                 double square = (a - b) * (a - b) / 4;
-                error_sum_add(&told.sum, &(struct error_sum){square, square * square});
+                error_sum_add(&breakdown.sum, &(struct error_sum){square, square * square});
             }
             double rmse = sqrt(truth / (look * PIXELS));
             for (enum error_look kind = ERROR_LOOK_PASS; kind <= ERROR_LOOK_BETWEEN; kind++) {
-                struct error_estimate estimate = error_estimate(&told, look * PIXELS, kind, look);
+                struct error_estimate estimate =
+                    error_estimate(&breakdown, look * PIXELS, kind, look);
                 held &= estimate.low <= rmse && rmse <= estimate.high;
             }
         }
@@ -137,7 +139,7 @@ static void test_intervals_hold(void **state)
 static void test_forecast_to_a_goal(void **state)
 {
     (void)state;
-    struct error_point now = {.seconds = 4, .rmse = 0.01, .spread = 0.01};
+    struct error_point now = {.seconds = 4, .rmse = 0.01, .log_spread = 0.01};
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 8);
     double low, high;
     assert_true(forecast.known);
@@ -157,17 +159,17 @@ static void test_forecast_to_a_goal(void **state)
 static void test_forecast_scatters(void **state)
 {
     (void)state;
-    struct error_point now = {.seconds = 4, .rmse = 0.01, .spread = 0.01};
+    struct error_point now = {.seconds = 4, .rmse = 0.01, .log_spread = 0.01};
     double low, high, before_low, before_high;
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 1e-6);
     assert_true(forecast.slope > FORECAST_STEEPEST);
-    forecast_scatters(&forecast, 0.3);
+    forecast_set_scatter(&forecast, 0.3);
     assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 4 + 1e-6, 1e-9);
     assert_close(low, 4, 1e-6);
     assert_close(high, 4 + 4 * FORECAST_SCATTER + 0.3, 1e-5);
     forecast = error_forecast_to(&now, 0.005, 8);
     forecast_seconds(&forecast, 0.005, &before_low, &before_high);
-    forecast_scatters(&forecast, 0.3);
+    forecast_set_scatter(&forecast, 0.3);
     forecast_seconds(&forecast, 0.005, &low, &high);
     assert_true(low == before_low && high == before_high);
 }
@@ -274,16 +276,16 @@ static void test_power_of_samples(void **state)
 static void test_point(void **state)
 {
     (void)state;
-    struct error_told told = {.sum = {.squares = 10, .fourths = 0.3}};
+    struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
     struct error_point point;
-    assert_true(error_point(&told, 1000, 2, &point));
+    assert_true(error_point(&breakdown, 1000, 2, &point));
     assert_true(point.seconds == 2);
     assert_close(point.rmse, 0.1, 1e-15);
-    assert_close(point.spread, sqrt(0.3) / 10 / 2, 1e-15); /* half of that of the square */
-    assert_false(error_point(&told, 0, 2, &point) || error_point(&told, 1000, 0, &point));
-    told.hidden = 5;
-    assert_true(error_point(&told, 1000, 2, &point));
-    assert_close(point.spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
+    assert_close(point.log_spread, sqrt(0.3) / 10 / 2, 1e-15); /* half of that of the square */
+    assert_false(error_point(&breakdown, 0, 2, &point) || error_point(&breakdown, 1000, 0, &point));
+    breakdown.hidden = 5;
+    assert_true(error_point(&breakdown, 1000, 2, &point));
+    assert_close(point.log_spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
 }
 
 /* What the errors of both points make of forecasts is in their intervals. */
@@ -358,7 +360,7 @@ static void test_no_forecast(void **state)
     /* Half of the samples had missed what has most of the error. */
     const struct error_point missed[2] = {{1, 0.0008, 0.5}, {2, 0.053, 0.5}};
     assert_false(error_forecast(missed, 7, 0.02).known);
-    const struct error_told none = {.sum = {0, 0}}, lost = {.sum = {HUGE_VAL, HUGE_VAL}};
+    const struct error_breakdown none = {.sum = {0, 0}}, lost = {.sum = {HUGE_VAL, HUGE_VAL}};
     struct error_point point;
     assert_false(error_point(&none, 10, 1, &point));
     assert_false(error_point(&lost, 10, 1, &point));

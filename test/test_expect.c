@@ -126,8 +126,8 @@ static double warning(const struct picture *picture, int64_t x, int64_t y)
     return (around(picture, own_variance, x, y) + ranges) / picture->levels.power[level];
 }
 
-static void check_square(const struct picture *picture, const double *error, const float *warned,
-                         int64_t left, int64_t top)
+static void check_square(const struct picture *picture, const double *error,
+                         const float *predicted_rms, int64_t left, int64_t top)
 {
     int64_t right = left + 32, bottom = top + 32;
     double surprise = 0, pixels = 0, part;
@@ -143,7 +143,7 @@ static void check_square(const struct picture *picture, const double *error, con
             e += surprise / pixels / picture->levels.power[picture->level[i]];
             assert_true(fabs(error[i] - e) <= 1e-12 * e);
             e = sqrt(warning(picture, x, y));
-            assert_true(fabs((double)warned[i] - e) <= 1e-6 * e);
+            assert_true(fabs((double)predicted_rms[i] - e) <= 1e-6 * e);
         }
     }
 }
@@ -182,16 +182,16 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
     levels_init(&picture.levels, &view);
     fill(&picture);
     double *error = allocate(pixels, sizeof *error);
-    struct sampled sampled = {&picture.canvas, picture.difference, picture.spread, picture.level,
-                              &picture.levels};
+    struct picture_statistics statistics = {&picture.canvas, picture.difference, picture.spread,
+                                            picture.level, &picture.levels};
     struct crew *crew = crew_gather(2);
-    float *warned = allocate(pixels, sizeof *warned);
-    expect_errors(&sampled, crew, error, warned);
+    float *predicted_rms = allocate(pixels, sizeof *predicted_rms);
+    expect_errors(&statistics, crew, error, predicted_rms);
     crew_dismiss(crew);
     for (uint32_t y = 0; y < height; y += 32)
         for (uint32_t x = 0; x < width; x += 32)
-            check_square(&picture, error, warned, x, y);
-    free(warned);
+            check_square(&picture, error, predicted_rms, x, y);
+    free(predicted_rms);
     free(error);
     free(picture.level);
     free(picture.spread);

@@ -55,7 +55,7 @@ static void test_same_cut(void **state)
     assert_int_equal(use(&found, box(4, 0, 4, 4)), 0);
     assert_int_equal(use(&found, box(8, 0, 4, 4)), 16);
     struct found_sums sums = found_sum(&found);
-    assert_true(sums.busy_s == 32 && sums.cpu_s == 16 && sums.again_s == 0);
+    assert_true(sums.busy_s == 32 && sums.cpu_s == 16 && sums.repeated_s == 0);
     assert_true(sums.counts.rays[RAY_PRIMARY] == 128);
     assert_true(sums.counts.sampling.squares == 4 * (0 + 1 + 2 + 3 + 8 + 9 + 10 + 11));
     found_free(&found);
@@ -73,7 +73,7 @@ static void test_rendered_again(void **state)
     assert_int_equal(use(&found, box(0, 4, 6, 4)), 24);
     assert_int_equal(use(&found, box(6, 0, 6, 12)), 48); /* not all of 72 */
     struct found_sums sums = found_sum(&found);
-    assert_true(sums.busy_s == 48 && sums.again_s == 48);
+    assert_true(sums.busy_s == 48 && sums.repeated_s == 48);
     assert_true(sums.counts.rays[RAY_PRIMARY] == 4 * 48);
     assert_true(sums.counts.sampling.squares == 8 * 15 && sums.counts.halfway.squares == 8 * 30);
     found_free(&found);
@@ -92,7 +92,7 @@ static void test_shares(void **state)
     }
     assert_int_equal(use(&found, box(0, 0, EDGE, 1)), EDGE);
     struct found_sums sums = found_sum(&found);
-    assert_true(sums.busy_s == EDGE && sums.again_s == 3 * EDGE);
+    assert_true(sums.busy_s == EDGE && sums.repeated_s == 3 * EDGE);
     assert_true(fabs(sums.counts.sampling.squares - 66) < 1e-12);
     assert_int_equal(sums.counts.rays[RAY_PRIMARY], 4 * EDGE);
     /* None becomes 0. */
@@ -114,7 +114,7 @@ static void test_overlap(void **state)
     assert_int_equal(found_add(&found, &late), 2 * EDGE - 8);
     assert_int_equal(use(&found, box(0, 0, EDGE, 2)), 2 * EDGE);
     struct found_sums sums = found_sum(&found);
-    assert_true(sums.busy_s == 3 * 2 * EDGE && sums.again_s == 8);
+    assert_true(sums.busy_s == 3 * 2 * EDGE && sums.repeated_s == 8);
     assert_true(sums.counts.sampling.squares == 132);
     found_free(&found);
 }
@@ -131,7 +131,7 @@ static void test_passes(void **state)
     assert_int_equal(add(&found, tile), 0);
     assert_int_equal(use(&found, box(0, 0, EDGE, EDGE)), EDGE * EDGE);
     struct found_sums sums = found_sum(&found);
-    assert_true(sums.busy_s == EDGE * EDGE + 25 && sums.again_s == 0);
+    assert_true(sums.busy_s == EDGE * EDGE + 25 && sums.repeated_s == 0);
     found_free(&found);
 }
 

@@ -24,7 +24,7 @@ static void check_calls(enum schedule schedule, double seconds, bool calls)
         hand_out(&farm->server, 1);
         assert_true(sent.lots > 0);
         for (uint32_t i = 0; i < sent.lots; i++)
-            assert_int_equal(sent.headers[i].calls, known ? calls : 1);
+            assert_int_equal(sent.headers[i].wakes_master, known ? calls : 1);
         finish_all(&farm->server, seconds);
     }
     farm_close(farm);
@@ -112,7 +112,7 @@ static bool is_refined_lot(void)
     struct tile tile;
     static struct refinement refinements[TILE_MAX_PIXELS];
     memcpy(&header, sent.lot, sizeof header);
-    const char *at = sent.lot + sizeof header + lot_tells_bytes(header.tells);
+    const char *at = sent.lot + sizeof header + lot_report_bytes(header.reports);
     memcpy(&tile, at, sizeof tile);
     memcpy(refinements, at + sizeof tile, tile_pixels(&tile) * sizeof *refinements);
     return refinements_valid(refinements, tile_pixels(&tile), LEVEL_MAX) &&
@@ -137,7 +137,7 @@ static void test_trays(void **state)
         assert_true(bell_wait(&tray->bell, 0));
         assert_int_equal(sent.lots, refined);
         if (refined) assert_true(is_refined_lot());
-        assert_int_equal(tray->said, refined ? 1 : TRAY_SLOTS);
+        assert_int_equal(tray->sent, refined ? 1 : TRAY_SLOTS);
         for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
             assert_int_equal(slots_bytes(&tray->lots, turn) > 0, !refined);
         adaptive_destroy(farm->service.adaptive);

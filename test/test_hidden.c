@@ -71,33 +71,33 @@ static void field_free(struct field *field)
     free(field);
 }
 
-static struct sampled sampled_of(const struct field *field)
+static struct picture_statistics statistics_of(const struct field *field)
 {
-    return (struct sampled){&field->canvas, field->difference, field->spread, field->level,
-                            &field->levels};
+    return (struct picture_statistics){&field->canvas, field->difference, field->spread,
+                                       field->level, &field->levels};
 }
 
-static struct known known_of(const struct field *field, size_t i)
+static struct pixel_statistics pixel_of(const struct field *field, size_t i)
 {
-    struct known known = {.spread = field->spread[i], .level = field->level[i]};
+    struct pixel_statistics copy = {.spread = field->spread[i], .level = field->level[i]};
     for (size_t c = 0; c < 3; c++) {
-        known.mean[c] = field->canvas.rgb[3 * i + c];
-        known.difference[c] = field->difference[3 * i + c];
+        copy.mean[c] = field->canvas.rgb[3 * i + c];
+        copy.difference[c] = field->difference[3 * i + c];
     }
-    return known;
+    return copy;
 }
 
 static void refine(struct field *field, struct hidden *hidden, size_t i, uint8_t level)
 {
-    struct known before = known_of(field, i);
+    struct pixel_statistics before = pixel_of(field, i);
     tell(field, i, level);
-    struct sampled now = sampled_of(field);
+    struct picture_statistics now = statistics_of(field);
     hidden_settle(hidden, &now, i, &before);
 }
 
 static struct hidden_sum sum_of(const struct field *field, const struct hidden *hidden)
 {
-    struct sampled now = sampled_of(field);
+    struct picture_statistics now = statistics_of(field);
     struct hidden_sum sum = {.carried = {0, 0}};
     uint32_t pixels = field->canvas.width * field->canvas.height;
     for (size_t i = 0; i < pixels; i++)
@@ -158,7 +158,7 @@ static void check_mean(double least, double most, size_t others)
         run(field, hidden, others);
         struct hidden_sum sum = sum_of(field, hidden);
         struct error_sum by_halves = told_by_halves(field);
-        struct error_told errors = hidden_errors(hidden, &sum, by_halves);
+        struct error_breakdown errors = hidden_errors(hidden, &sum, by_halves);
         halves += by_halves.squares;
         told += errors.sum.squares;
         truth += true_error(field);
@@ -236,7 +236,7 @@ static void test_strange(void **state)
         for (size_t i = 0; i < PIXELS; i += 3)
             field->canvas.rgb[3 * i] = field->difference[3 * i + 1] = field->spread[i] = colors[k];
         sum = sum_of(field, hidden);
-        struct error_told errors = hidden_errors(hidden, &sum, (struct error_sum){1, 1});
+        struct error_breakdown errors = hidden_errors(hidden, &sum, (struct error_sum){1, 1});
         assert_true(isfinite(errors.sum.squares) && errors.sum.squares >= errors.hidden);
         assert_true(isfinite(errors.sum.fourths) && errors.sum.fourths >= 0);
         assert_true(errors.hidden >= 0);

@@ -51,7 +51,7 @@ static void test_empty_payload(void **state)
     struct journal *journal = open_as(s, PICTURE, &seen);
     struct journal_record record = {.tile = {.w = 1, .h = 1, .step = 1}, .payload = ""};
     assert_true(journal_append(journal, &record));
-    journal_keep(journal);
+    journal_close(journal);
     journal = open_as(s, PICTURE, &seen);
     assert_true(journal_found(journal).records == 1 && seen.wrong);
     journal_remove(journal);
@@ -69,7 +69,7 @@ static void test_one_run_at_a_time(void **state)
     /* Another picture's run does not take it away either. */
     assert_null(open_as(s, PICTURE + 1, &seen));
     assert_true(append(first, 2));
-    journal_keep(first);
+    journal_close(first);
     check_resume(s, 3, 0, 3);
 }
 
@@ -128,7 +128,7 @@ static void test_full_disk(void **state)
         assert_int_equal(stat(PATH, &status), 0);
         assert_int_equal(status.st_size, HEADER + 2 * RECORD);
         assert_true(append(journal, 2));
-        journal_keep(journal);
+        journal_close(journal);
         check_resume(s, 3, 0, 4);
     }
     struct rlimit old = limit_file_size(HEADER - 1);
@@ -150,11 +150,11 @@ static void test_moved(void **state)
     struct journal_reader reader = {take, &seen, PAYLOAD};
     write_journal(s, 2);
     struct journal *journal = open_as(s, PICTURE, &seen);
-    assert_true(journal_stands(journal));
+    assert_true(journal_exists(journal));
     unlink(PATH);
-    assert_false(journal_stands(journal));
+    assert_false(journal_exists(journal));
     scratch_write(PATH, "of somebody else");
-    assert_false(journal_stands(journal));
+    assert_false(journal_exists(journal));
     assert_false(journal_move(journal, PATH, 0));
     assert_string_equal(journal_path(journal), PATH);
     signal(SIGXFSZ, SIG_IGN);
@@ -164,11 +164,11 @@ static void test_moved(void **state)
     setrlimit(RLIMIT_FSIZE, &old);
     assert_true(journal_move(journal, MOVED, PAYLOAD));
     assert_string_equal(journal_path(journal), MOVED);
-    assert_true(journal_stands(journal) && append(journal, 2));
+    assert_true(journal_exists(journal) && append(journal, 2));
     message_capture(s->said, sizeof s->said);
     assert_null(journal_open(MOVED, PICTURE, &reader)); /* it is locked */
     message_capture(NULL, 0);
-    journal_keep(journal);
+    journal_close(journal);
     assert_int_equal(unlink(PATH) + rename(MOVED, PATH), 0);
     check_resume(s, 3, 0, 4);
 }
@@ -183,7 +183,7 @@ static void test_reserved(void **state)
     struct journal *journal = open_as(s, PICTURE, &seen);
     journal_reserve(journal, 16 << 20);
     assert_true(append(journal, 2));
-    journal_keep(journal);
+    journal_close(journal);
     assert_int_equal(stat(PATH, &status), 0);
     assert_true(status.st_blocks * 512 < 1 << 20);
     check_resume(s, 3, 0, 4);
@@ -211,7 +211,7 @@ static void test_reserved_by_killed(void **state)
         struct journal *journal = open_as(s, PICTURE + (uint64_t)other, &seen);
         assert_true(blocks_of(other ? PATH ".1" : PATH) * 512 < 1 << 20);
         assert_int_equal(seen.records, other ? 0 : 2);
-        journal_keep(journal);
+        journal_close(journal);
     }
     unlink(PATH ".1");
 }
@@ -280,7 +280,7 @@ static void test_synced_at_the_end(void **state)
             assert_true(journal_move(journal, MOVED, 0));
         else
             assert_true(append(journal, 2));
-        journal_keep(journal);
+        journal_close(journal);
         assert_int_equal(syncs, 1);
     }
     assert_int_equal(unlink(MOVED), 0);
@@ -299,19 +299,19 @@ static void test_picture(void **state)
     struct scene *scene = scratch_scene(s, "scene.ini", NULL);
     struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
     struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
-    assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
+    assert_true(journal_picture_hash(scene, 1) == journal_picture_hash(same, 1));
     same->view.processor++;
     same->view.variant++;
-    assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
-    assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
-    assert_true(journal_picture(scene, 1) != journal_picture(scene, 2));
+    assert_true(journal_picture_hash(scene, 1) == journal_picture_hash(same, 1));
+    assert_true(journal_picture_hash(scene, 1) != journal_picture_hash(other, 1));
+    assert_true(journal_picture_hash(scene, 1) != journal_picture_hash(scene, 2));
     /* What stands before the objects and lights is the same. */
     for (int i = 1; i < 3; i++) {
         scratch_write("other.ini", texts[i]);
         free(other);
         other = scratch_scene(s, "other.ini", NULL);
         assert_true(memcmp(scene, other, sizeof *scene) == 0 && scene->bytes == other->bytes);
-        assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
+        assert_true(journal_picture_hash(scene, 1) != journal_picture_hash(other, 1));
     }
     free(scene);
     free(same);

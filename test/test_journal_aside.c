@@ -40,10 +40,10 @@ static void test_other_pictures(void **state)
     assert_string_equal(s->said, PATH ": warning: the journal holds another picture or other "
                                       "settings, it is now called " PATH ".1\n");
     append(journal, 0);
-    journal_keep(journal);
+    journal_close(journal);
     journal = open_as(s, PICTURE + 2, &seen);
     assert_true(journal && seen.records == 0 && strstr(s->said, PATH ".2"));
-    journal_keep(journal);
+    journal_close(journal);
     scratch_write(PATH, "[sphere]\nsomething else, of more bytes than a header\n");
     journal = open_as(s, PICTURE + 2, &seen);
     assert_non_null(journal);
@@ -63,7 +63,7 @@ static void test_back_again(void **state)
         struct journal *journal = open_as(s, PICTURE + i, &seen);
         for (uint32_t k = 0; k <= i; k++)
             append(journal, k);
-        journal_keep(journal);
+        journal_close(journal);
     }
     struct journal *journal = open_as(s, PICTURE + 1, &seen);
     assert_int_equal(seen.records, 2);
@@ -73,7 +73,7 @@ static void test_back_again(void **state)
     journal_remove(journal);
     journal = open_as(s, PICTURE, &seen);
     assert_int_equal(seen.records, 1);
-    journal_keep(journal);
+    journal_close(journal);
     assert_int_equal(access(PATH ".1", F_OK), -1);
     check_resume(s, 1, 0, 2);
     journal = open_as(s, PICTURE + 2, &seen);
@@ -120,7 +120,7 @@ static void test_not_back_again(void **state)
     struct journal *other = journal_open(PATH ".1", PICTURE, &reader);
     struct journal *journal = open_as(s, PICTURE, &seen);
     assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));
-    journal_keep(other);
+    journal_close(other);
     journal_remove(journal);
     assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2"), 0);
     assert_int_equal(unlink(PATH ".x") + unlink("b" PATH ".1"), 0);
@@ -135,7 +135,7 @@ static void test_other_picture_without_tiles(void **state)
     struct journal *journal = open_as(s, PICTURE + 1, &seen);
     assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));
     append(journal, 0);
-    journal_keep(journal);
+    journal_close(journal);
     assert_int_equal(access(PATH ".1", F_OK), -1);
     journal = open_as(s, PICTURE + 1, &seen);
     assert_true(seen.records == 1 && !*s->said && !journal_was_empty(journal));

@@ -70,10 +70,10 @@ static void test_every_bit_turned(void **state)
                                          : PATH ": warning: the first bytes of the journal are "
                                                 "damaged, what stands behind them is used\n");
         if (bit % 19 == 0) append(journal, 3); /* synced at the end, which takes its time */
-        journal_keep(journal);
+        journal_close(journal);
         journal = open_as(s, PICTURE, &seen);
         assert_true(!seen.wrong && seen.records == RECORDS - hit + (bit % 19 == 0) && !*s->said);
-        journal_keep(journal);
+        journal_close(journal);
     }
     assert_int_equal(access(PATH ".1", F_OK), -1);
 }
@@ -96,10 +96,10 @@ static void test_stretches(void **state)
             assert_true(!seen.wrong && seen.records == RECORDS - hit);
             assert_true(journal_found(journal).damaged_bytes == hit * RECORD);
             append(journal, RECORDS);
-            journal_keep(journal);
+            journal_close(journal);
             journal = open_as(s, PICTURE, &seen);
             assert_true(!seen.wrong && seen.records == RECORDS - hit + 1 && !*s->said);
-            journal_keep(journal);
+            journal_close(journal);
         }
     }
 }
@@ -134,7 +134,7 @@ static void test_unreadable_block(void **state)
     unreadable = -BLOCK;
     assert_true(!seen.wrong && seen.records == RECORDS - (last - first + 1));
     assert_true(journal_found(journal).damaged_bytes == (last - first + 1) * RECORD);
-    journal_keep(journal);
+    journal_close(journal);
 }
 
 /* What stands behind a known gap may be damaged, too. */
@@ -152,7 +152,7 @@ static void test_damage_at_gaps(void **state)
         struct journal *journal = open_damaged(s, bytes, size, &seen);
         assert_true(!seen.wrong && seen.records == RECORDS - 1 - i);
         assert_non_null(strstr(s->said, "damaged"));
-        journal_keep(journal);
+        journal_close(journal);
     }
     struct stat status;
     assert_int_equal(stat(PATH, &status), 0);
@@ -170,7 +170,7 @@ static void test_displaced_records(void **state)
     struct journal *journal = open_as(s, PICTURE + 1, &seen);
     for (uint32_t i = 0; i < 3; i++)
         append(journal, i);
-    journal_keep(journal);
+    journal_close(journal);
     assert_int_equal(read_file(PATH, other, SIZE), SIZE);
     write_journal(s, 3);
     assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
@@ -181,7 +181,7 @@ static void test_displaced_records(void **state)
         journal = open_damaged(s, displaced, SIZE, &seen);
         assert_true(!seen.wrong && seen.records == 2 && seen.next == 3);
         assert_true(journal_found(journal).damaged_bytes == RECORD);
-        journal_keep(journal);
+        journal_close(journal);
     }
 }
 
@@ -202,7 +202,7 @@ static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distan
     struct journal_record record = {
         .tile = {.w = 1, .h = 1, .step = 1, .pass = 1}, .payload = payload, .bytes = BYTES};
     assert_true(append(journal, 0) && journal_append(journal, &record) && append(journal, 1));
-    journal_keep(journal);
+    journal_close(journal);
     free(payload);
     FILE *file = fopen(PATH, "r+b");
     assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
@@ -240,7 +240,7 @@ static void test_unusable_records(void **state)
     struct journal *journal = journal_open(PATH, PICTURE, &reader);
     message_capture(NULL, 0);
     assert_true(journal_found(journal).records == 2);
-    journal_keep(journal);
+    journal_close(journal);
     check_resume(s, 2, 0, 4);
     reader.largest = PAYLOAD - 1;
     message_capture(s->said, sizeof s->said);
@@ -263,7 +263,7 @@ static void test_impossible_seconds(void **state)
         struct journal_record record = make_record(1, payload);
         record.seconds = seconds[i];
         assert_true(journal_append(journal, &record));
-        journal_keep(journal);
+        journal_close(journal);
         check_resume(s, 1, RECORD, 2);
     }
 }

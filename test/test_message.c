@@ -81,7 +81,7 @@ static void test_large_blocks(void **state)
         assert_true(malloc_usable_size(block) >= sizes[i]);
         assert_true(sizes[i] < page || (uintptr_t)block % page == 0);
         free(block);
-        unsigned char *there = allocate_there(sizes[i], 1);
+        unsigned char *there = allocate_prefaulted(sizes[i], 1);
         for (size_t k = 0; k < sizes[i]; k++)
             assert_int_equal(there[k], 0);
         free(there);

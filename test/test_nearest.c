@@ -31,7 +31,7 @@ static bool comes_first(const struct scene *scene, const struct ray *ray, const 
     struct crossing a = {hit->primitive, hit->part, hit->t};
     struct crossing b = {best->primitive, best->part, best->t};
     int order = compare_crossings(scene, ray, shear, &a, &b);
-    return order < 0 || (order == 0 && is_met_first(scene, a.primitive, b.primitive));
+    return order < 0 || (order == 0 && has_priority(scene, a.primitive, b.primitive));
 }
 
 static struct hit brute_nearest(const struct scene *scene, const struct ray *ray)

@@ -10,12 +10,12 @@
 
 #define RANKS 8
 
-static void check(const uint64_t *reach, int loners, const struct node_place *expected)
+static void check(const uint64_t *realm, int isolated, const struct node_place *expected)
 {
     struct node_sign signs[RANKS];
     struct node_place places[RANKS];
     for (uint64_t rank = 0; rank < RANKS; rank++)
-        signs[rank] = (struct node_sign){reach[rank], {100 + (int)rank, 200 + (int)rank}};
+        signs[rank] = (struct node_sign){realm[rank], {100 + (int)rank, 200 + (int)rank}};
     node_places(signs, RANKS, places);
     for (int rank = 0; rank < RANKS; rank++) {
         assert_int_equal(places[rank].first, expected[rank].first);
@@ -24,7 +24,7 @@ static void check(const uint64_t *reach, int loners, const struct node_place *ex
         assert_int_equal(places[rank].index, expected[rank].index);
         assert_int_equal(places[rank].size, expected[rank].size);
         assert_int_equal(places[rank].nodes, expected[rank].nodes);
-        assert_int_equal(places[rank].loners, loners);
+        assert_int_equal(places[rank].isolated, isolated);
     }
 }
 

@@ -48,12 +48,12 @@ static int end_sample(void **state)
 
 /* A ray that leaves the scene for the sky. */
 static void add_ray(struct omission *omission, const struct radiance *radiance, double bound,
-                    struct vec3 weight, bool rough)
+                    struct vec3 weight, bool coarse)
 {
     struct branch *branch = omission_add(omission, radiance, bound, 1);
     branch->ray = (struct ray){.direction = {0, 1, 0}, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
     branch->weight = weight;
-    branch->rough = rough;
+    branch->coarse = coarse;
 }
 
 static void test_many_rays_are_folded(void **state)
@@ -81,7 +81,7 @@ static void test_many_rays_are_folded(void **state)
 }
 
 /* What has no bound may have one when its ray is looked at: that is not forgotten, either. */
-static void test_rough_bounds_are_told_first(void **state)
+static void test_coarse_bounds_are_told_first(void **state)
 {
     struct sample *sample = *state;
     struct omission *omission = &sample->omission;
@@ -229,7 +229,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_many_rays_are_folded, begin_sample, end_sample),
-        cmocka_unit_test_setup_teardown(test_rough_bounds_are_told_first, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_coarse_bounds_are_told_first, begin_sample,
+                                        end_sample),
         cmocka_unit_test_setup_teardown(test_largest_stay, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_equal_rays_are_folded, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_every_sample_looks, begin_sample, end_sample),

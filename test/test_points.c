@@ -194,28 +194,28 @@ static void compare_lights(const struct recipe *recipe, const struct points *poi
     }
 }
 
-static void compare_onward(const struct recipe *recipe, const struct points *points,
-                           struct onward *onward)
+static void compare_secondary(const struct recipe *recipe, const struct points *points,
+                              struct secondary_rays *secondary)
 {
     const double indices[] = {1, 1.5, 1.0000000000000002, 3, 1e-200};
-    onward->count = points->count;
+    secondary->count = points->count;
     for (uint32_t i = 0; i < points->count; i++) {
-        onward->point[i] = i;
-        onward->from[i] = indices[random_below(recipe->random, 5)];
-        onward->to[i] = indices[random_below(recipe->random, 5)];
+        secondary->point[i] = i;
+        secondary->from[i] = indices[random_below(recipe->random, 5)];
+        secondary->to[i] = indices[random_below(recipe->random, 5)];
     }
-    points_refract(points, onward);
+    points_refract(points, secondary);
     for (uint32_t i = 0; i < points->count; i++) {
         struct shading_point at = points_get(points, i);
         struct vec3 direction;
-        bool passes = refract(&at, onward->from[i], onward->to[i], &direction);
-        assert_int_equal(onward->passes[i] != 0, passes);
-        if (passes) assert_same_vector(lane(&onward->direction, i), direction);
+        bool passes = refract(&at, secondary->from[i], secondary->to[i], &direction);
+        assert_int_equal(secondary->passes[i] != 0, passes);
+        if (passes) assert_same_vector(lane(&secondary->direction, i), direction);
     }
-    points_reflect(points, onward);
+    points_reflect(points, secondary);
     for (uint32_t i = 0; i < points->count; i++) {
         struct shading_point at = points_get(points, i);
-        assert_same_vector(lane(&onward->direction, i), reflect(&at));
+        assert_same_vector(lane(&secondary->direction, i), reflect(&at));
     }
 }
 
@@ -234,7 +234,7 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
                               const struct bvh *bvh)
 {
     static struct points points;
-    static struct onward onward;
+    static struct secondary_rays secondary;
     struct ray rays[WAVE];
     struct hit hits[WAVE], rough[WAVE];
     uint32_t count = WAVE - random_below(recipe->random, 20), found = 0;
@@ -248,11 +248,11 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
         compare_points(scene, bvh, rays, rough, hits, count, &points);
         if (points.count == 0) break;
         compare_lights(recipe, &points);
-        compare_onward(recipe, &points, &onward);
+        compare_secondary(recipe, &points, &secondary);
         count = points.count;
         found += count;
         for (uint32_t i = 0; i < count; i++) {
-            rays[i] = ray_along(lane(&points.point, i), lane(&onward.direction, i));
+            rays[i] = ray_along(lane(&points.point, i), lane(&secondary.direction, i));
             rays[i].from = hits[points.slot[i]].primitive;
             rays[i].from_part = hits[points.slot[i]].part;
         }

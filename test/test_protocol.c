@@ -218,25 +218,25 @@ static void test_result_of_pass(void **state)
 static void test_lot_header(void **state)
 {
     (void)state;
-    struct lot_header header = {.answer_s = HUGE_VAL, .tells = LOT_TILES};
+    struct lot_header header = {.answer_s = HUGE_VAL, .reports = LOT_TILES};
     assert_true(lot_header_valid(&header));
-    header.tells++;
+    header.reports++;
     assert_false(lot_header_valid(&header));
-    header = (struct lot_header){.answer_s = 0, .calls = 1};
+    header = (struct lot_header){.answer_s = 0, .wakes_master = 1};
     assert_true(lot_header_valid(&header));
-    header.calls = 2;
+    header.wakes_master = 2;
     assert_false(lot_header_valid(&header));
     header = (struct lot_header){.answer_s = (double)NAN};
     assert_false(lot_header_valid(&header));
-    float tells[3] = {0, 1, HUGE_VALF};
-    assert_true(lot_tells_valid(tells, 3) && lot_tells_valid(NULL, 0));
-    tells[1] = -1;
-    assert_false(lot_tells_valid(tells, 3));
-    tells[1] = NAN;
-    assert_false(lot_tells_valid(tells, 3));
-    assert_int_equal(lot_tells_bytes(0), 0);
-    assert_int_equal(lot_tells_bytes(3), 16);
-    assert_int_equal(lot_tells_bytes(LOT_TILES), 4 * LOT_TILES);
+    float report_s[3] = {0, 1, HUGE_VALF};
+    assert_true(lot_report_valid(report_s, 3) && lot_report_valid(NULL, 0));
+    report_s[1] = -1;
+    assert_false(lot_report_valid(report_s, 3));
+    report_s[1] = NAN;
+    assert_false(lot_report_valid(report_s, 3));
+    assert_int_equal(lot_report_bytes(0), 0);
+    assert_int_equal(lot_report_bytes(3), 16);
+    assert_int_equal(lot_report_bytes(LOT_TILES), 4 * LOT_TILES);
 }
 
 /* A header alone: of no tile that is done. */

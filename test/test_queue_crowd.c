@@ -12,14 +12,14 @@
 /* Four renderers on two cores of one machine. */
 static struct crowd crowd_on_two_cores(void)
 {
-    struct berth berths[4];
+    struct affinity affinities[4];
     struct crowd crowd;
     for (uint32_t i = 0; i < 4; i++) {
-        berths[i] = (struct berth){.machine = "one"};
-        CPU_SET(0, &berths[i].cores);
-        CPU_SET(1, &berths[i].cores);
+        affinities[i] = (struct affinity){.machine = "one"};
+        CPU_SET(0, &affinities[i].cores);
+        CPU_SET(1, &affinities[i].cores);
     }
-    crowd_init(&crowd, berths, 4);
+    crowd_init(&crowd, affinities, 4);
     return crowd;
 }
 

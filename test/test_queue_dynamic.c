@@ -77,12 +77,13 @@ static void test_takes_long(void **state)
         struct queue *queue = begin_late(lots, 0);
         uint32_t first = lots[1][0].id;
         double rest = pace_even_end(&queue->pace, 2e-3, queue->waiting_work);
-        float tells[LOT_TILES];
-        assert_int_equal(queue_tells(queue, 1, lots[1], 1, tells), 1);
-        double tell_s = (double)tells[0], seconds = early ? rest / 4 : rest;
+        float report_s[LOT_TILES];
+        assert_int_equal(queue_report_times(queue, 1, lots[1], 1, report_s), 1);
+        double report_after = (double)report_s[0], seconds = early ? rest / 4 : rest;
         double predicted = pace_seconds(&queue->pace, 1, (double)queue->items[first].work);
-        assert_true(tell_s > predicted && tell_s < 4 * predicted + pace_least(&queue->pace, 1));
-        assert_true(tell_s < rest / 4);
+        assert_true(report_after > predicted &&
+                    report_after < 4 * predicted + pace_least(&queue->pace, 1));
+        assert_true(report_after < rest / 4);
         queue_takes_long(queue, 1, first, 2e-3, seconds);
         assert_int_equal(queue->pace.renderers[1].lost, !early);
         uint32_t count = queue_next(queue, 2, 2e-3, tiles);
@@ -106,13 +107,13 @@ static void test_who_tells(void **state)
     (void)state;
     struct queue_config config = four;
     struct tile tiles[LOT_TILES];
-    float tells[LOT_TILES];
+    float report_s[LOT_TILES];
     for (int i = 0; i < 3; i++) {
         config.probe_edge = i == 1 ? 8 : 0;
         config.schedule = i == 2 ? SCHEDULE_STRIPS : SCHEDULE_DYNAMIC;
         struct queue *queue = queue_create(&config);
         assert_true(queue_next(queue, 0, 0, tiles) > 0);
-        assert_int_equal(queue_tells(queue, 0, tiles, 1, tells), i == 0);
+        assert_int_equal(queue_report_times(queue, 0, tiles, 1, report_s), i == 0);
         assert_false(queue_lot_seconds(queue, 0, tiles, 1) > 0);
         queue_destroy(queue);
     }

@@ -21,18 +21,18 @@ static struct scene *finish(struct builder *builder, const struct view *view)
     return scene;
 }
 
-static struct vec3 shown_in(const struct scene *scene, const struct material *material,
-                            const struct bounds *box)
+static struct vec3 direct_in(const struct scene *scene, const struct material *material,
+                             const struct bounds *box)
 {
-    struct beams beams;
-    beams_init(&beams, scene, box, radiance_light_grows(scene));
-    struct vec3 most = radiance_shown(&beams, material);
-    beams_free(&beams);
+    struct box_lights box_lights;
+    box_lights_init(&box_lights, scene, box, radiance_light_grows(scene));
+    struct vec3 most = radiance_direct(&box_lights, material);
+    box_lights_free(&box_lights);
     return most;
 }
 
 /* No point of a box, whatever its normal and from wherever it is seen, shows more than that. */
-static void test_shown(void **state)
+static void test_direct(void **state)
 {
     (void)state;
     uint64_t random = 77;
@@ -59,7 +59,7 @@ static void test_shown(void **state)
         double size = i % 4 ? 0.2 : 3;
         struct bounds box = {{a.x, a.y, a.z}, {a.x + size, a.y + size / 2, a.z + size}};
         const struct material *m = scene_materials(scene);
-        struct vec3 most = shown_in(scene, m, &box);
+        struct vec3 most = direct_in(scene, m, &box);
         for (int k = 0; k < 300; k++) {
             struct shading_point at = {.normal = vec_normalize(random_vector(&random, 1)),
                                        .view = vec_normalize(random_vector(&random, 1)),
@@ -97,10 +97,10 @@ static void test_opposite_lights(void **state)
     struct view view = small_view(EDGE);
     struct scene *scene = finish(builder, &view);
     struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
-    struct vec3 most = shown_in(scene, &matte, &box);
+    struct vec3 most = direct_in(scene, &matte, &box);
     assert_true(most.x >= 1 && most.x < 1.001);
     struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-    most = shown_in(scene, &matte, &everywhere);
+    most = direct_in(scene, &matte, &everywhere);
     assert_true(most.x >= 2 && most.x < 2 + 1e-12);
     free(scene);
 }
@@ -128,7 +128,7 @@ static void test_nearly_opposite_lights(void **state)
         struct scene *scene = finish(builder, &view);
         struct vec3 sum = vec_add(vec_normalize(vec_sub(lights[0].position, end)),
                                   vec_normalize(vec_sub(lights[1].position, end)));
-        double claimed = shown_in(scene, &matte, &box).x;
+        double claimed = direct_in(scene, &matte, &box).x;
         assert_true(vec_length(sum) <= claimed && claimed < vec_length(sum) + 1e-11);
         free(scene);
     }
@@ -188,11 +188,11 @@ static void test_lossless_levels(void **state)
     struct ray ray = {{0, 0, 0}, {0, 0, 1}, HUGE_VAL, PRIMITIVE_NONE, 0};
     for (uint32_t depth = 0; depth <= RADIANCE_LEVELS; depth += 50) {
         double brings = 0.25 * (RADIANCE_LEVELS - depth + 1);
-        for (int shown = 0; shown < 2; shown++) {
-            double most = radiance_of(&radiance, &ray, one, depth, shown);
-            double roughly = radiance_roughly(&radiance, one, depth, shown);
+        for (int in_picture = 0; in_picture < 2; in_picture++) {
+            double most = radiance_of(&radiance, &ray, one, depth, in_picture);
+            double coarse = radiance_coarse(&radiance, one, depth, in_picture);
             assert_true(most >= brings && most < brings + 1e-4);
-            assert_true(roughly >= brings && roughly < brings + 1e-4);
+            assert_true(coarse >= brings && coarse < brings + 1e-4);
         }
     }
     radiance_free(&radiance);
@@ -236,8 +236,8 @@ static void test_all_levels(void **state)
     scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, DEPTH);
     radiance_init(&radiance, scene);
     for (uint32_t depth = 0; depth <= DEPTH; depth++) {
-        double shown = radiance_roughly(&radiance, one, depth, true) / 0.1;
-        double any = radiance_roughly(&radiance, one, depth, false) / 0.1;
+        double shown = radiance_coarse(&radiance, one, depth, true) / 0.1;
+        double any = radiance_coarse(&radiance, one, depth, false) / 0.1;
         assert_true(shown >= DEPTH + 1 - depth && shown < (DEPTH + 1 - depth) * (1 + 1e-6));
         assert_true(any >= RADIANCE_LEVELS + 1 - depth &&
                     any < (RADIANCE_LEVELS + 1 - depth) * (1 + 1e-6));
@@ -488,9 +488,9 @@ static void test_light_through_growing(void **state)
         view.shadows = shadows;
         struct scene *scene = finish(builder, &view);
         assert_int_equal(radiance_light_grows(scene), shadows);
-        assert_int_equal(isinf(shown_in(scene, &matte, &box).x) != 0, shadows);
+        assert_int_equal(isinf(direct_in(scene, &matte, &box).x) != 0, shadows);
         matte.diffuse = 0;
-        assert_true(shown_in(scene, &matte, &box).x < 0.25 + 1e-9);
+        assert_true(direct_in(scene, &matte, &box).x < 0.25 + 1e-9);
         free(scene);
     }
 }
@@ -499,7 +499,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_box_met_again),
-        cmocka_unit_test(test_shown),
+        cmocka_unit_test(test_direct),
         cmocka_unit_test(test_opposite_lights),
         cmocka_unit_test(test_nearly_opposite_lights),
         cmocka_unit_test(test_rays),

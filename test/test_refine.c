@@ -51,7 +51,7 @@ static void test_plan_by_its_limit(void **state)
     assert_true(adaptive_limit(first) == 0);
     assert_true(adaptive_plan(first, 1));
     uint64_t plan = adaptive_plan_hash(first, &all);
-    assert_true(adaptive_plan_again(again, adaptive_limit(first)));
+    assert_true(adaptive_replan(again, adaptive_limit(first)));
     assert_true(adaptive_plan_hash(again, &all) == plan);
     assert_true(adaptive_limit(again) == adaptive_limit(first));
     assert_int_equal(adaptive_passes(again), 2);

@@ -138,8 +138,12 @@ static void test_json_whole(void **state)
     report.repeated_tiles = 38;
     report.wasted_s = 0.067;
     report.heat = (struct heat_range){0.00000021, 0.0000047};
-    report.resumed = (struct resumed){
-        .tiles = 15, .pixels = 977, .records = 18, .seconds = 1.37, .cpu_s = 1.21, .again_s = 0.41};
+    report.resumed = (struct resumed){.tiles = 15,
+                                      .pixels = 977,
+                                      .records = 18,
+                                      .seconds = 1.37,
+                                      .cpu_s = 1.21,
+                                      .repeated_s = 0.41};
     report.picture = report_counts(&report);
     char *text = report_json(&report);
     struct text_file expected;
@@ -213,7 +217,7 @@ static void test_resumed(void **state)
     report.resumed.pixels = 80;
     report.resumed.records = 7;
     report.resumed.seconds = 1.5;
-    report.resumed.again_s = 0.25;
+    report.resumed.repeated_s = 0.25;
     report.resumed.counts.truncation = 2;
     report.resumed.counts.rays[RAY_PRIMARY] = 1;
     render_counts_bad(&report.resumed.counts, &early);

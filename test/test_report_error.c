@@ -152,10 +152,10 @@ static void test_table_error_of_a_part(void **state)
     struct error_row row;
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
-    row.share = 0.00095;
+    row.sampled_share = 0.00095;
     assert_table_has(&report, " of the 0.095 % of the pixels\n"
                               "  that have samples, after 2.4 s\n");
-    row.share = 0.0456;
+    row.sampled_share = 0.0456;
     char *text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % of the pixels\n  that have samples, after");
     assert_null(strstr(text, "guessed"));
@@ -164,7 +164,7 @@ static void test_table_error_of_a_part(void **state)
     assert_table_has(&report,
                      "that have samples, after 2.4 s, the error of the guessed ones is not known");
     report.guessed_rmse = 0.01;
-    row.share = 0.36;
+    row.sampled_share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
     /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
     assert_table_has(&report, "about 0.0081 of the whole picture, 0.01 of what is guessed");
@@ -181,7 +181,7 @@ static void test_table_error_of_a_part(void **state)
     report.has_reference = false;
     report.guessed_rmse = (double)NAN;
     report.unsampled = 0;
-    row.share = 0.9996;
+    row.sampled_share = 0.9996;
     assert_table_has(&report, "of the 99.9 % of the pixels");
     row.elapsed_s = 0.0374;
     assert_table_has(&report, " after 0.037 s,");

@@ -126,14 +126,14 @@ static void test_tiles_come_back(void **state)
     assert_int_equal(save_use(save, &wider), EDGE * EDGE);
     /* A tile that is not there as a whole is rendered again, and what it took then is not counted. */
     struct found_sums sums = save_used(save);
-    assert_true(sums.busy_s == 1 && sums.cpu_s == 0.5 && sums.again_s == 1);
+    assert_true(sums.busy_s == 1 && sums.cpu_s == 0.5 && sums.repeated_s == 1);
     assert_true(sums.counts.rays[0] == 10 * EDGE * EDGE);
     save_start(save, 1, EDGE * EDGE);
     /* But its pixels are there. */
     struct tile all = tile_at(0, WIDTH, 0);
-    assert_int_equal(coverage_count(save_there(save), &wider), EDGE * EDGE);
-    assert_int_equal(coverage_count(save_there(save), &all), 2 * EDGE * EDGE);
-    assert_null(save_there(NULL));
+    assert_int_equal(coverage_count(save_coverage(save), &wider), EDGE * EDGE);
+    assert_int_equal(coverage_count(save_coverage(save), &all), 2 * EDGE * EDGE);
+    assert_null(save_coverage(NULL));
     save_drop(save);
     assert_int_equal(access(PATH, F_OK), -1);
     canvas_free(&whole);
@@ -237,7 +237,7 @@ static void test_lattices_come_back(void **state)
     assert_int_equal(adaptive_unsampled(next.adaptive), unsampled);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
     save_use_all(next.save);
-    assert_true(save_used(next.save).busy_s == 3 * 2 && save_used(next.save).again_s == 0);
+    assert_true(save_used(next.save).busy_s == 3 * 2 && save_used(next.save).repeated_s == 0);
     save_drop(next.save);
     run_close(&first);
     run_close(&next);

@@ -33,11 +33,11 @@ static void test_realm(void **state)
 static void test_reach(void **state)
 {
     (void)state;
-    uint64_t reach = segment_reach();
-    assert_true(reach != 0);
-    assert_true(segment_reach() == reach);
+    uint64_t realm = segment_own_realm();
+    assert_true(realm != 0);
+    assert_true(segment_own_realm() == realm);
     assert_int_equal(prctl(PR_SET_DUMPABLE, 0), 0);
-    uint64_t hidden = segment_reach();
+    uint64_t hidden = segment_own_realm();
     assert_int_equal(prctl(PR_SET_DUMPABLE, 1), 0);
     assert_true(hidden == 0);
 }

@@ -19,7 +19,7 @@ static void test_who_is_silent(void **state)
     struct contact *contact = &farm->contacts[1];
     look_for_silence(&farm->server);
     assert_false(contact->is_silent);
-    contact->heard = -61;
+    contact->heard_at = -61;
     double begin = clock_wall();
     look_for_silence(&farm->server);
     if (clock_wall() - begin < 0.001) assert_false(contact->is_silent);
@@ -40,9 +40,9 @@ static void test_who_is_asked(void **state)
     farm->service.patience = 0.5;
     contact->is_ready = true;
     for (double heard = 0; heard >= -0.5; heard -= 0.125) {
-        contact->heard = heard - 0.0625;
-        farm->server.next_look = farm->server.awake = 0;
-        farm->server.woken = clock_wall();
+        contact->heard_at = heard - 0.0625;
+        farm->server.next_look = farm->server.awake_s = 0;
+        farm->server.woken_at = clock_wall();
         look_for_silence(&farm->server);
         assert_int_equal(contact->is_asked, heard < -0.125);
         assert_int_equal(contact->is_silent, heard < -0.375);

@@ -139,12 +139,12 @@ static void test_beside_tiles(void **state)
     struct machine machine = machine_of(2);
     machine.cores = 1;
     machine.slice_s = 1e-4;
-    machine.messages.looks = 0.1;
+    machine.messages.looking_share = 0.1;
     struct sim_outcome outcome = run(SCHEDULE_TILES, &machine);
     assert_near(outcome.render_s, all_s / 0.9, 0.02);
     uint32_t tiles = outcome.tiles;
     sim_outcome_free(&outcome);
-    machine.messages.looks = 0;
+    machine.messages.looking_share = 0;
     machine.messages.tile_s = PIXEL_S;
     outcome = run(SCHEDULE_TILES, &machine);
     assert_near(outcome.render_s, all_s + tiles * PIXEL_S, 0.02);
@@ -376,7 +376,7 @@ static void test_apart(void **state)
     for (uint32_t i = 0; i < 4; i++)
         once += costs_of_share(&costs, SCHEDULE_CYCLIC, 4, i);
     assert_near(once, all_s, 0.05);
-    costs.apart = 1.5;
+    costs.apart_ratio = 1.5;
     assert_near(costs_of_share(&costs, SCHEDULE_CYCLIC, 4, 0), 1.5 * once / 4, 0.01);
     struct queue *queue = queue_create(&config);
     struct sim_outcome outcome;
@@ -389,7 +389,7 @@ static void test_apart(void **state)
 
 static void ask_for_unmeasured(void *map)
 {
-    costs_apart(map, SCHEDULE_CYCLIC, 3);
+    costs_apart_ratio(map, SCHEDULE_CYCLIC, 3);
 }
 
 static void read_torn(void *path)
@@ -411,14 +411,15 @@ static void test_apart_is_kept(void **state)
     assert_true(costs_read(&kept, path));
     for (unsigned i = 0; i < APART_SCHEDULES; i++)
         for (unsigned renderers = 0; renderers <= APART_MOST; renderers++) {
-            assert_true((map.apart[i][renderers] > 0) == (renderers == 2 || renderers == 5));
-            assert_true(kept.apart[i][renderers] == map.apart[i][renderers]);
+            assert_true((map.apart_ratio[i][renderers] > 0) == (renderers == 2 || renderers == 5));
+            assert_true(kept.apart_ratio[i][renderers] == map.apart_ratio[i][renderers]);
         }
-    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC, 5) == map.apart[APART_CYCLIC][5]);
-    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC_ROWS, 2) == map.apart[APART_CYCLIC_ROWS][2]);
-    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC, 1) == 1);
-    assert_true(costs_apart(&kept, SCHEDULE_STRIPS, 3) == 1);
-    assert_true(costs_apart(&kept, SCHEDULE_DYNAMIC, 3) == 1);
+    assert_true(costs_apart_ratio(&kept, SCHEDULE_CYCLIC, 5) == map.apart_ratio[APART_CYCLIC][5]);
+    assert_true(costs_apart_ratio(&kept, SCHEDULE_CYCLIC_ROWS, 2) ==
+                map.apart_ratio[APART_CYCLIC_ROWS][2]);
+    assert_true(costs_apart_ratio(&kept, SCHEDULE_CYCLIC, 1) == 1);
+    assert_true(costs_apart_ratio(&kept, SCHEDULE_STRIPS, 3) == 1);
+    assert_true(costs_apart_ratio(&kept, SCHEDULE_DYNAMIC, 3) == 1);
     assert_fatal(ask_for_unmeasured, &kept,
                  "farm: rank 0: shares of 3 renderers were not measured\n");
     assert_int_equal(truncate(path, 12 + 4 * (64 * 64 + 32 * 32 + 16 * 16 + 64 + 16 + 4 + 1)), 0);

@@ -188,7 +188,7 @@ static struct ray some_ray(uint64_t *random, const struct cone *cone, double spr
 /* ---- in lanes ---- */
 
 struct counts {
-    unsigned missed, told, open;
+    unsigned missed, decided, open;
 };
 
 static void check_span(const struct spans_one *span, const struct truth *truth,
@@ -203,8 +203,8 @@ static void check_span(const struct spans_one *span, const struct truth *truth,
         assert_true(mpfr_cmp_d(truth->enter, span->enter_low) >= 0);
         assert_true(mpfr_cmp_d(truth->leave, span->leave_high) <= 0);
     }
-    if (span->told) {
-        counts->told++;
+    if (span->decided) {
+        counts->decided++;
         assert_true(truth->met && mpfr_cmp_d(truth->enter, span->enter_high) <= 0);
         assert_true(mpfr_cmp_d(truth->leave, span->leave_low) >= 0);
         /* What counts are the distances that are rounded to double. */
@@ -232,10 +232,10 @@ static void check_lane(const struct spans_lanes *spans, unsigned lane, const str
 {
     assert_int_equal(spans->missed >> lane & 1, one->missed);
     if (one->missed) return;
-    assert_int_equal(spans->told >> lane & 1, one->told);
+    assert_int_equal(spans->decided >> lane & 1, one->decided);
     assert_same_number(lane_at(spans->enter_low, lane), one->enter_low);
     assert_same_number(lane_at(spans->leave_high, lane), one->leave_high);
-    if (!one->told) return;
+    if (!one->decided) return;
     assert_int_equal(spans->enter_side >> lane & 1, one->enter_side);
     assert_int_equal(spans->leave_side >> lane & 1, one->leave_side);
     assert_same_number(lane_at(spans->enter_high, lane), one->enter_high);
@@ -312,7 +312,7 @@ static void test_cone_lanes(void **state)
 {
     (void)state;
     struct counts near = check_many(20000, 1, false);
-    assert_true(near.missed > 2000 && near.told > 2000 && near.open < 6000);
+    assert_true(near.missed > 2000 && near.decided > 2000 && near.open < 6000);
     check_many(20000, 8, false);
     check_many(20000, 20, false);
 }
@@ -321,7 +321,7 @@ static void test_sphere_lanes(void **state)
 {
     (void)state;
     struct counts near = check_many(20000, 1, true);
-    assert_true(near.missed > 2000 && near.told > 2000 && near.open < 2000);
+    assert_true(near.missed > 2000 && near.decided > 2000 && near.open < 2000);
     check_many(20000, 8, true);
     check_many(20000, 20, true);
 }

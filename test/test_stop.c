@@ -21,7 +21,7 @@ static int end_after(int first, int second, useconds_t pause)
     if (child == 0) {
         stop_ignore_file_limit();
         stop_install(0);
-        stop_is_served();
+        stop_defer();
         raise(first);
         if (pause) usleep(pause);
         raise(second);
@@ -86,7 +86,7 @@ static void test_too_late(void **state)
         assert_true(child >= 0);
         if (child == 0) {
             stop_install(0);
-            stop_is_served();
+            stop_defer();
             stop_watch_the_end(STATUS_DONE);
             raise(kinds[i]);
             _exit(9);
@@ -107,7 +107,7 @@ static void test_held(void **state)
     if (child == 0) {
         stop_hold_signal();
         raise(SIGUSR1);
-        stop_is_served();
+        stop_defer();
         if (*stop_signal()) _exit(8);
         stop_install(0);
         _exit(*stop_signal() == SIGUSR1 ? 7 : 9);

@@ -86,9 +86,9 @@ static void test_answer_in_a_tray(void **state)
     assert_true(first_held(farm, &tile));
     write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
     memcpy(tray->result[0], letter.bytes, letter.size);
-    farm->server.awake = 3;
+    farm->server.awake_s = 3;
     leave_in_tray(farm, (uint32_t)letter.size);
-    assert_true(farm->contacts[1].heard == 3);
+    assert_true(farm->contacts[1].heard_at == 3);
     assert_true(farm->stats[1].tiles == 1 && slots_bytes(&tray->results, 0) == 0);
     tray_free(tray);
     free(tray);
@@ -101,9 +101,9 @@ static void test_goodbye(void **state)
     (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
-    farm->server.awake = 3;
+    farm->server.awake_s = 3;
     arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
-    assert_true(contact->heard == 3 && sent.lots == 0);
+    assert_true(contact->heard_at == 3 && sent.lots == 0);
     farm->service.ending = true;
     const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
     arrive_as(farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);

@@ -279,8 +279,8 @@ static struct tile first_tile(const struct master_of_test *test, unsigned turn)
     const char *lot = test->tray->lot[turn];
     assert_true(slots_bytes(&test->tray->lots, turn) > sizeof header);
     memcpy(&header, lot, sizeof header);
-    assert_true(lot_header_valid(&header) && header.tells > 0);
-    memcpy(&tile, lot + sizeof header + lot_tells_bytes(header.tells), sizeof tile);
+    assert_true(lot_header_valid(&header) && header.reports > 0);
+    memcpy(&tile, lot + sizeof header + lot_report_bytes(header.reports), sizeof tile);
     return tile;
 }
 
@@ -317,10 +317,10 @@ static void test_lots_and_results(void **state)
     set_up(&test);
     hand_out(&test.server, 1);
     assert_int_equal(wire.sent[1], 0);
-    assert_int_equal(test.tray->said, TRAY_SLOTS);
+    assert_int_equal(test.tray->sent, TRAY_SLOTS);
     assert_true(bell_wait(&test.tray->bell, 0));
     for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
-        assert_int_equal(test.tray->said_before[turn], turn);
+        assert_int_equal(test.tray->sent_before[turn], turn);
     struct tile tiles[] = {first_tile(&test, 0), first_tile(&test, 1)};
     size_t bytes = put_result(test.tray, 0, &tiles[0], 0.5f);
     leave(&test, 0, bytes, false);
@@ -334,7 +334,7 @@ static void test_lots_and_results(void **state)
     assert_true(*pixel_of(&test, &tiles[0]) == 0.5f);
     /* The next lot is there, where the first one was. */
     assert_true(slots_bytes(&test.tray->lots, 0) > 0 && wire.sent[1] == 0);
-    assert_int_equal(test.tray->said_before[0], TRAY_SLOTS);
+    assert_int_equal(test.tray->sent_before[0], TRAY_SLOTS);
     leave(&test, 1, put_result(test.tray, 1, &tiles[1], 0.25f), true);
     assert_true(take_in(&test.server));
     assert_true(*pixel_of(&test, &tiles[1]) == 0.25f);

@@ -66,19 +66,19 @@ static void test_closer_bounds(void **state)
     struct branch branch;
     for (uint32_t i = 0; i < 40; i++) {
         push(&tree, 1 + i, i);
-        tree.pending[i].rough = true;
+        tree.pending[i].coarse = true;
     }
     struct branch *next = tree_next(&tree, 0.5);
     assert_int_equal(next->depth, 39);
     tree_rate(&tree, next, 0.5);
-    assert_false(next->rough);
+    assert_false(next->coarse);
     assert_int_equal(tree_next(&tree, 0.5)->depth, 38);
     tree_remove(&tree, tree_next(&tree, 0.5), &branch);
     assert_int_equal(branch.depth, 38);
     assert_int_equal(tree.count, 39);
     for (uint32_t i = 0; i < 38; i++) {
         next = tree_next(&tree, 0.5);
-        assert_true(next->rough);
+        assert_true(next->coarse);
         tree_rate(&tree, next, i < 37 ? 0x1p-10 : 0.25);
     }
     assert_null(tree_next(&tree, 0.8)); /* 0.5 + 0.25 + 37 / 1024 */

@@ -344,8 +344,8 @@ static void test_distance(void **state)
         struct shear shear = shear_of(&ray.direction);
         struct crossings found = cross(corner, &ray, &exact);
         struct dd t;
-        struct crossings careful = triangle_careful(corner, &ray, &shear, &t);
-        assert_int_equal(count_ahead(&found), count_ahead(&careful));
+        struct crossings exactly = triangle_crossings_exact(corner, &ray, &shear, &t);
+        assert_int_equal(count_ahead(&found), count_ahead(&exactly));
         if (count_ahead(&found) == 0) continue;
         hits++;
         double error = fabs((found.t[0] - t.high) - t.low) / t.high;

@@ -38,10 +38,10 @@ static void test_end(void **state)
     watch_look(&watch, 101); /* a look between */
     assert_true(watch_end(&watch, 103, 5, &forecast));
     const struct error_row *last = &watch.log.rows[watch.log.count - 1];
-    const struct error_told all = {.sum = {1, 0.01}};
+    const struct error_breakdown all = {.sum = {1, 0.01}};
     struct error_estimate told = error_estimate(&all, PIXELS, ERROR_LOOK_PASS, 1);
     assert_true(last->estimate.low == told.low && last->estimate.high == told.high);
-    assert_true(last->samples == 4 && last->share == 1 && last->true_rmse == 0);
+    assert_true(last->samples == 4 && last->sampled_share == 1 && last->true_rmse == 0);
     assert_true(forecast.known && forecast.seconds == 5);
     ended(&watch);
 }
@@ -53,7 +53,7 @@ static void test_half(void **state)
     struct watch watch = begun(PIXELS / 2, "rows.csv");
     watch_look(&watch, 101);
     assert_true(isnan(watch.log.rows[0].true_rmse));
-    assert_true(watch.log.rows[0].samples == 2 && watch.log.rows[0].share == 0.5);
+    assert_true(watch.log.rows[0].samples == 2 && watch.log.rows[0].sampled_share == 0.5);
     struct text_file text;
     assert_true(text_file_read("rows.csv", 1 << 12, &text));
     assert_non_null(strstr(text.text, "\n1,2,"));

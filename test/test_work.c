@@ -139,7 +139,7 @@ static bool is_quiet(void)
 static bool is_held_up(void)
 {
     if (master.results == 0 || master.held_up == 0) return false;
-    if (--master.held_up == 0) tray_say(master.tray);
+    if (--master.held_up == 0) tray_count_sent(master.tray);
     return true;
 }
 
@@ -147,7 +147,7 @@ static bool is_held_up(void)
 static void put_lot(struct tray *tray, const struct line *lot, unsigned said)
 {
     memcpy(tray->lot[0], lot->bytes, lot->size);
-    tray->said_before[0] = said;
+    tray->sent_before[0] = said;
     slots_fill(&tray->lots, 0, (uint32_t)lot->size);
 }
 
@@ -198,7 +198,7 @@ int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 static void say(struct tray *tray, size_t first, size_t count)
 {
     for (size_t i = first; i < first + count; i++)
-        if (master.lines[i].tag != 0) tray_say(tray);
+        if (master.lines[i].tag != 0) tray_count_sent(tray);
 }
 
 #define QUIET_S 0.1
@@ -305,7 +305,7 @@ struct lot_of_two {
 
 static const struct start start = {.elapsed_s = 1000};
 static const struct lot_of_two lot = {
-    .header = {.answer_s = 1e9, .calls = 1},
+    .header = {.answer_s = 1e9, .wakes_master = 1},
     .tiles = {{.id = 5, .w = EDGE, .h = EDGE / 2, .step = 1},
               {.id = 9, .y = EDGE / 2, .w = EDGE, .h = EDGE / 2, .step = 1}}};
 
@@ -411,7 +411,7 @@ static void follow_lot(const struct line *lines, size_t count, unsigned number,
     static const struct line in_tray = LOT;
     struct tray *tray = manner.tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
-    tray_say(tray);
+    tray_count_sent(tray);
     if (manner.late_lot)
         manner.late_lot = &in_tray;
     else
@@ -464,7 +464,7 @@ static void test_order(void **state)
 /* A lot in the tray that is said to be so long, and to come when so much has been said. */
 struct wrong_lot {
     uint32_t bytes;
-    unsigned said_before;
+    unsigned sent_before;
 };
 
 static void follow_wrong(void *state)
@@ -474,9 +474,9 @@ static void follow_wrong(void *state)
     const struct wrong_lot *wrong = state;
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
-    tray_say(tray);
+    tray_count_sent(tray);
     put_lot(tray, &in_tray, 1);
-    tray->said_before[0] = wrong->said_before;
+    tray->sent_before[0] = wrong->sent_before;
     slots_fill(&tray->lots, 0, wrong->bytes);
     follow_with(tray, lines, sizeof lines / sizeof *lines, 1);
 }
@@ -518,7 +518,7 @@ static void *serve_tray(void *argument)
         slots_empty(&tray->results, taken++);
     }
     atomic_store(&quiet, false);
-    tray_say(tray);
+    tray_count_sent(tray);
     return tray;
 }
 
@@ -532,7 +532,7 @@ static void test_many_lots(void **state)
     pthread_t thread;
     void *served;
     tray_init(tray);
-    tray_say(tray); /* START */
+    tray_count_sent(tray); /* START */
     atomic_store(&quiet, true);
     assert_int_equal(pthread_create(&thread, NULL, serve_tray, tray), 0);
     follow_in(&(struct manner){.tray = tray, .full = TRAY_SLOTS, .served = true}, lines, 2, 0);
@@ -618,11 +618,11 @@ static void tell_of(uint32_t number, struct tray *tray)
 {
     struct {
         struct lot_header header;
-        float tells[2];
+        float report_s[2];
         struct tile tiles[2];
-    } long_lot = {.header = {.answer_s = 1e9, .tells = 2}, .tells = {HUGE_VALF, HUGE_VALF}};
+    } long_lot = {.header = {.answer_s = 1e9, .reports = 2}, .report_s = {HUGE_VALF, HUGE_VALF}};
     memcpy(long_lot.tiles, lot.tiles, sizeof lot.tiles);
-    long_lot.tells[number] = 0;
+    long_lot.report_s[number] = 0;
     const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
                                  {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
                                  NOTHING, /* before the first tile */
@@ -652,7 +652,7 @@ static void test_long_lot(void **state)
 {
     (void)state;
     struct lot_of_two long_lot = lot;
-    long_lot.header.calls = 0;
+    long_lot.header.wakes_master = 0;
     const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
                                  {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
                                  NOTHING,

@@ -49,15 +49,15 @@ int agree_on_status(MPI_Comm comm, int status)
     return status;
 }
 
-struct berth *gather_berths(MPI_Comm comm)
+struct affinity *gather_affinities(MPI_Comm comm)
 {
     int rank, ranks;
-    const int bytes = (int)sizeof(struct berth);
-    struct berth own, *all = NULL;
+    const int bytes = (int)sizeof(struct affinity);
+    struct affinity own, *all = NULL;
     MPI_Request request;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
-    berth_find(&own);
+    affinity_find(&own);
     if (rank == 0) all = allocate((size_t)ranks, sizeof *all);
     MPI_Igather(&own, bytes, MPI_BYTE, all, bytes, MPI_BYTE, 0, comm, &request);
     wait_request(&request);

@@ -18,13 +18,13 @@ bool all_agree(MPI_Comm comm, bool yes);
 /* Copies the bytes of rank 0 of comm to all other ranks, each of which has room for them. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes);
 
-struct berth;
+struct affinity;
 
 /*
- * The first collective operation of all. Returns, on rank 0, an array with the berth of each rank in rank order, which
- * the caller frees; NULL on other ranks.
+ * The first collective operation of all. Returns, on rank 0, an array with the affinity of each rank in rank order,
+ * which the caller frees; NULL on other ranks.
  */
-struct berth *gather_berths(MPI_Comm comm);
+struct affinity *gather_affinities(MPI_Comm comm);
 
 /*
  * Returns the exit status of rank 0 on every rank. If all ranks end with the same status, mpiexec returns it; what it

@@ -82,7 +82,7 @@ static struct dd3 across_axis(const struct scaled *it, struct dd3 w)
                         exact_minor(d.x, w.y, d.y, w.x)};
 }
 
-SHARED static struct cone_line line_of(const struct scaled *it, bool from_origin)
+NOINLINE static struct cone_line line_of(const struct scaled *it, bool from_origin)
 {
     struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
     struct dd3 f = exact_difference3(it->origin, it->cone.base);
@@ -260,8 +260,8 @@ RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *l
 }
 
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
-SHARED static void roots_from_origin(const struct scaled *it, const struct cone_line *line,
-                                     struct dd root, struct dd roots[2])
+NOINLINE static void roots_from_origin(const struct scaled *it, const struct cone_line *line,
+                                       struct dd root, struct dd roots[2])
 {
     struct cone_line from = line_of(it, true);
     double S = from.radial;

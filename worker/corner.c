@@ -68,5 +68,5 @@ struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const
         look_at(&walk, id);
     for (lane_set trees = trees_of_ray(bvh, ray, walk.high); trees;)
         traverse(take_tree(bvh, &trees), ray, walk.high, false, look_in_leaf, &walk);
-    return surface_drawn_in(scene, ray, hit, walk.others, walk.count);
+    return surface_away_from_others(scene, ray, hit, walk.others, walk.count);
 }

@@ -43,22 +43,22 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
-/* Copies a lot's header and its *tells floats; returns their length in the message. */
-static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes, uint32_t *tells)
+/* Copies a lot's header and its *reports floats; returns their length in the message. */
+static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes, uint32_t *reports)
 {
     struct lot_header header;
     if (bytes < sizeof header) fatal("the master sent a lot without tiles");
     memcpy(&header, message, sizeof header);
-    size_t length = sizeof header + lot_tells_bytes(header.tells);
+    size_t length = sizeof header + lot_report_bytes(header.reports);
     if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
     if (bytes <= length) fatal("the master sent a lot without tiles");
-    *lot = (struct lot){.answer_s = header.answer_s, .calls = header.calls};
-    for (uint32_t i = header.tells; i < LOT_TILES; i++)
-        lot->tells[i] = HUGE_VALF;
-    memcpy(lot->tells, message + sizeof header, header.tells * sizeof *lot->tells);
-    if (!lot_tells_valid(lot->tells, header.tells))
+    *lot = (struct lot){.answer_s = header.answer_s, .wakes_master = header.wakes_master};
+    for (uint32_t i = header.reports; i < LOT_TILES; i++)
+        lot->report_s[i] = HUGE_VALF;
+    memcpy(lot->report_s, message + sizeof header, header.reports * sizeof *lot->report_s);
+    if (!lot_report_valid(lot->report_s, header.reports))
         fatal("the master sent a lot that makes no sense");
-    *tells = header.tells;
+    *reports = header.reports;
     return length;
 }
 
@@ -79,8 +79,8 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     if (worker->waiting == LOTS_UNDER_WAY) fatal("the master sent more lots than it may");
     struct lot *lot = &worker->lots[worker->waiting++];
-    uint32_t tells;
-    size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
+    uint32_t reports;
+    size_t done = take_lot_header(lot, message, bytes, &reports), length = worker->started ? 1 : 0,
            refined = 0;
     /* Room enough: the refinements are a part of the message. */
     if (worker->adaptive) lot->refinements = allocate(bytes, 1);
@@ -90,7 +90,7 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
     }
     if (done < bytes) fatal("the master sent a tile that is not part of the picture");
     if (lot_pixels(lot) > TILE_MAX_PIXELS) fatal("the master sent a lot of too many pixels");
-    if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
+    if (reports > 0 && reports != lot->count) fatal("the master sent a lot that makes no sense");
 }
 
 /* Takes the next lot from the tray if no message of the master precedes it; returns whether it did. */
@@ -100,14 +100,14 @@ static bool take_tray(struct worker *worker)
     unsigned turn = worker->lots_taken;
     uint32_t bytes = tray ? slots_bytes(&tray->lots, turn) : 0;
     if (bytes == 0) return false;
-    int32_t messages_before = (int32_t)(tray->said_before[turn % TRAY_SLOTS] - worker->heard);
+    int32_t messages_before = (int32_t)(tray->sent_before[turn % TRAY_SLOTS] - worker->received);
     if (messages_before > 0) return false;
     if (messages_before < 0 || bytes > TRAY_LOT_BYTES)
         fatal("the master left a lot where it makes no sense");
     take_lot(worker, tray->lot[turn % TRAY_SLOTS], bytes);
     slots_empty(&tray->lots, turn);
     worker->lots_taken++;
-    worker->heard++;
+    worker->received++;
     return true;
 }
 
@@ -148,16 +148,17 @@ static void take_ping(struct worker *worker, size_t bytes)
     send_to_master(worker, TAG_RENDERER_TO_MASTER_PONG, NULL, 0, &worker->pong);
 }
 
-bool is_under_way(const struct worker *worker)
+bool may_need_poll(const struct worker *worker)
 {
-    return !worker->tray || worker->unsettled || tray_has_news(worker->tray, worker->heard);
+    return !worker->tray || worker->unsettled || tray_has_news(worker->tray, worker->received);
 }
 
-bool hear(struct worker *worker)
+bool receive_next(struct worker *worker)
 {
     int done, bytes;
     MPI_Status status;
-    if (worker->stopped || worker->waiting == LOTS_UNDER_WAY || !is_under_way(worker)) return false;
+    if (worker->stopped || worker->waiting == LOTS_UNDER_WAY || !may_need_poll(worker))
+        return false;
     if (take_tray(worker)) return true;
     MPI_Test(&worker->receive, &done, &status);
     worker->unsettled = worker->unsettled && !all_is_sent(worker);
@@ -165,7 +166,7 @@ bool hear(struct worker *worker)
     /* Lots that precede the message and have appeared since take_tray() was called above. */
     while (take_tray(worker)) {
     }
-    worker->heard++;
+    worker->received++;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_STOP) {
         if (bytes != 0) fatal("the master said stop in a way that makes no sense");
@@ -186,8 +187,8 @@ bool hear(struct worker *worker)
     return true;
 }
 
-void hear_all(struct worker *worker)
+void receive_all(struct worker *worker)
 {
-    while (hear(worker)) {
+    while (receive_next(worker)) {
     }
 }

@@ -66,8 +66,8 @@ static inline unsigned lanes_before(lane_set set, unsigned lane, lane_set smalle
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 
-#define LANES_IN_SIMD 1
-#define LANES_IN_ONE  1 /* register */
+#define LANES_IN_SIMD         1
+#define LANES_IN_ONE_REGISTER 1
 
 #include <immintrin.h>
 
@@ -454,7 +454,7 @@ static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lan
 
 #endif
 
-#ifndef LANES_IN_ONE
+#ifndef LANES_IN_ONE_REGISTER
 
 struct axis_order {
     struct quad_order quads;

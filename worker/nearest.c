@@ -58,7 +58,7 @@ static INLINED struct hit nearest_hit(const struct nearest_batch *batch, const s
         probe_leaves(&walk.probe, tree);
         traverse(tree, ray, walk.probe.purpose.farthest, true, visit, &walk);
     }
-    if (!naive && !nearest_is_told(&walk)) nearest_waiting(&walk);
+    if (!naive && !nearest_is_decided(&walk)) nearest_waiting(&walk);
     return walk.hit;
 }
 

@@ -13,7 +13,7 @@
 #include "worker/ray.h"
 
 /*
- * The nearest hit of every ray. Among equal distances is_met_first() decides, see worker/order.h (with the
+ * The nearest hit of every ray. Among equal distances has_priority() decides, see worker/order.h (with the
  * paper's formulas the lowest primitive id); within one primitive the entry. Adds to *exact_fallbacks the
  * number of predicates that needed exact arithmetic.
  */
@@ -22,7 +22,7 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
 
 /*
  * The same, but most crossings of a sphere or of a capped cone, and those of triangles and planes by bundles
- * of rays, are computed in plain arithmetic. Their t then differs from the rounded distance by at most hit.u,
+ * of rays, are computed in plain arithmetic. Their t then differs from the rounded distance by at most hit_t_error(),
  * and is clearly less than that of any other crossing. That is all that points_find() needs, and saves the
  * computation of the rounded distance; most values of a point on a triangle follow from the weights alone.
  */
@@ -35,7 +35,8 @@ void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struc
 /* Whether t is only approximate. Solids and flat surfaces are the kinds after the patches. */
 static inline bool is_rough_hit(const struct hit *hit)
 {
-    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit->u > 0 : hit->v == WEIGHT_UNKNOWN;
+    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit_t_error(hit) > 0
+                                                            : hit->v == WEIGHT_UNKNOWN;
 }
 
 /* The hit of nearest() for a ray, from that of nearest_rough(). */
@@ -70,8 +71,9 @@ void surface_at(const struct scene *scene, const struct ray *ray, const struct h
 
 /* The point of the hit, moved away from the first CORNER_OTHERS others, which are hits of the same ray: see
  * worker/corner.h. */
-struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
-                             const struct hit *hit, const struct hit *others, uint32_t count);
+struct vec3 surface_away_from_others(const struct scene *scene, const struct ray *ray,
+                                     const struct hit *hit, const struct hit *others,
+                                     uint32_t count);
 
 /*
  * The point of the hit, but moved off to the other side of the surface: the origin of a ray that goes back

@@ -55,7 +55,7 @@ static bool precedes(struct nearest_walk *walk, const struct crossing *crossing)
                     ? 0
                     : compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
     return order < 0 ||
-           (order == 0 && is_first_of_equals(probe->scene, probe->ray, crossing, &best));
+           (order == 0 && precedes_if_equal(probe->scene, probe->ray, crossing, &best));
 }
 
 /* Error of the distance to a crossing, see worker/order.h. */
@@ -85,7 +85,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
 }
 
 /*
- * Whether a primitive is known to lie in the plane of the hit, and comes after it by is_first_of_equals(),
+ * Whether a primitive is known to lie in the plane of the hit, and comes after it by precedes_if_equal(),
  * wherever it is crossed. Then precedes() would reject it: at the hit's distance within both errors it is
  * compared, and is an equal. So the cache, which depends on preceding rays, changes no hit.
  */
@@ -94,7 +94,7 @@ static INLINED bool is_behind_hit(const struct nearest_walk *walk, uint32_t id)
     const struct probe *probe = &walk->probe;
     uint32_t hit = walk->hit.primitive;
     return hit != PRIMITIVE_NONE && are_known_coplanar(walk->planes, hit, id) &&
-           !is_reversed(probe->ray) && !is_met_first(probe->scene, id, hit);
+           !is_reversed(probe->ray) && !has_priority(probe->scene, id, hit);
 }
 
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
@@ -126,7 +126,7 @@ static INLINED bool plane_is_missed(const struct nearest_walk *walk, uint32_t id
     const struct probe *probe = &walk->probe;
     if (id == probe->ray->from) return false;
     struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
-    return span.told && (span.to < 0 || probe->purpose.farthest < span.from);
+    return span.decided && (span.to < 0 || probe->purpose.farthest < span.from);
 }
 
 static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
@@ -177,7 +177,7 @@ static INLINED bool clearly_precedes(const struct nearest_walk *walk, uint32_t i
  * If only one waiting solid can be the nearest, and is so beyond doubt, makes it the hit. Returns false if
  * that cannot be decided here.
  */
-static inline bool nearest_is_told(struct nearest_walk *walk)
+static inline bool nearest_is_decided(struct nearest_walk *walk)
 {
     const struct waiting *only = NULL;
     for (uint32_t i = 0; i < walk->waiting_count; i++) {
@@ -194,15 +194,16 @@ static inline bool nearest_is_told(struct nearest_walk *walk)
 
 /*
  * Adds a solid that is met between from and to, unless something else is hit before. Crossings that are
- * farther by more than the errors of both (worker/order.h) no longer matter. told: the part that is met is
+ * farther by more than the errors of both (worker/order.h) no longer matter. part_known: the part that is met is
  * known.
  */
 static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to,
-                                  bool told, uint32_t part)
+                                  bool part_known, uint32_t part)
 {
     struct purpose *purpose = &walk->probe.purpose;
     if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
-    walk->waiting[walk->waiting_count++] = (struct waiting){id, part, from, told ? to : INFINITE};
+    walk->waiting[walk->waiting_count++] =
+        (struct waiting){id, part, from, part_known ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
     purpose->farthest = smaller_number(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
@@ -212,7 +213,7 @@ static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
 {
     struct sphere_span span;
     const struct probe *probe = &walk->probe;
-    if (primitive_kind(id) == PRIMITIVE_SPHERE && is_told_solid(probe->scene, id) &&
+    if (primitive_kind(id) == PRIMITIVE_SPHERE && has_usable_spans(probe->scene, id) &&
         sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], probe->ray, &span))
         nearest_waits(walk, id, span.low, span.high, true, CONE_SIDE);
     else
@@ -229,7 +230,7 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
     struct first_crossing_one first = first_crossing_one(&span);
-    if (first.told && is_told_ahead(probe->scene, leaf->id, probe->ray, first.from))
+    if (first.decided && has_usable_spans_ahead(probe->scene, leaf->id, probe->ray, first.from))
         nearest_waits(walk, leaf->id, first.from, first.to, is_on_part_one(&first) & 1,
                       part_at_one(&first, 0));
     else

@@ -7,14 +7,14 @@
 #include "worker/collective.h"
 
 struct entry {
-    uint64_t reach;
+    uint64_t realm;
     int32_t rank;
 };
 
-static int by_reach(const void *first, const void *second)
+static int by_realm(const void *first, const void *second)
 {
     const struct entry *a = first, *b = second;
-    if (a->reach != b->reach) return a->reach < b->reach ? -1 : 1;
+    if (a->realm != b->realm) return a->realm < b->realm ? -1 : 1;
     return a->rank < b->rank ? -1 : 1;
 }
 
@@ -33,22 +33,22 @@ static void place_node(const struct entry *entries, int begin, int end,
 void node_places(const struct node_sign *signs, int ranks, struct node_place *places)
 {
     struct entry *entries = allocate((size_t)ranks, sizeof *entries);
-    int nodes = 0, loners = 0;
+    int nodes = 0, isolated = 0;
     for (int rank = 0; rank < ranks; rank++) {
-        entries[rank] = (struct entry){signs[rank].reach, rank};
-        loners += signs[rank].reach == 0;
+        entries[rank] = (struct entry){signs[rank].realm, rank};
+        isolated += signs[rank].realm == 0;
     }
-    qsort(entries, (size_t)ranks, sizeof *entries, by_reach);
+    qsort(entries, (size_t)ranks, sizeof *entries, by_realm);
     for (int begin = 0, end; begin < ranks; begin = end, nodes++) {
         end = begin + 1;
-        while (entries[begin].reach != 0 && end < ranks &&
-               entries[end].reach == entries[begin].reach)
+        while (entries[begin].realm != 0 && end < ranks &&
+               entries[end].realm == entries[begin].realm)
             end++;
         place_node(entries, begin, end, signs, places);
     }
     for (int rank = 0; rank < ranks; rank++) {
         places[rank].nodes = nodes;
-        places[rank].loners = loners;
+        places[rank].isolated = isolated;
     }
     free(entries);
 }
@@ -85,13 +85,13 @@ static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *s
 static struct node_place *find_place(MPI_Comm comm, struct segment_address segment,
                                      struct node_place *own)
 {
-    struct node_sign sign = {segment.file < 0 ? 0 : segment_reach(), segment};
+    struct node_sign sign = {segment.file < 0 ? 0 : segment_own_realm(), segment};
     for (;;) {
         struct node_place *places = ask_for_place(comm, &sign, own);
         bool opens = own->index == 0 || segment_opens(own->segment);
         if (all_agree(comm, opens)) return places;
         free(places);
-        if (!opens) sign.reach = 0;
+        if (!opens) sign.realm = 0;
     }
 }
 
@@ -120,9 +120,9 @@ void node_find(MPI_Comm comm, struct segment_address segment, struct node *node)
     struct node_place *places = find_place(comm, segment, &node->place);
     int ranks;
     MPI_Comm_size(comm, &ranks);
-    if (places && node->place.loners > 0 && ranks > 1)
+    if (places && node->place.isolated > 0 && ranks > 1)
         user_note("%d of %d processes can share no memory: each has a scene of its own",
-                  node->place.loners, ranks);
+                  node->place.isolated, ranks);
     node->leaders = MPI_COMM_NULL;
     if (node->place.nodes > 1) gather_leaders(comm, places, node);
     free(places);

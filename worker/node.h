@@ -10,7 +10,7 @@
 /* What a rank tells about itself, see common/segment.h. */
 struct node_sign {
     /* Ranks with the same value are on the same node; 0: this rank is alone on its node. */
-    uint64_t reach;
+    uint64_t realm;
     struct segment_address segment;
 };
 
@@ -21,7 +21,7 @@ struct node_place {
     /* This rank's index on its node, from 0, and the number of ranks there. */
     int32_t index, size;
     /* In the whole farm: number of nodes, and of ranks that cannot share memory. */
-    int32_t nodes, loners;
+    int32_t nodes, isolated;
 };
 
 /* Computes the places of all ranks; signs and places have one element for each rank. */

@@ -197,7 +197,7 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
     struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
     if ((certain.once | certain.twice) &&
-        is_told_ahead(probe->scene, leaf->id, probe->ray, first_crossing_one(&span).from))
+        has_usable_spans_ahead(probe->scene, leaf->id, probe->ray, first_crossing_one(&span).from))
         return occlusion_by(walk, leaf, certain.twice ? 2 : 1);
     return occlusion_primitive(walk, leaf, false);
 }
@@ -266,8 +266,8 @@ static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32
     const struct ray *ray = probe->ray;
     if (!naive && id != ray->from) {
         struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
-        if (span.told && (span.to < 0 || ray->t_max < span.from)) return 0;
-        if (span.told && start_reach(ray) < span.from && span.to < ray->t_max) return 1;
+        if (span.decided && (span.to < 0 || ray->t_max < span.from)) return 0;
+        if (span.decided && start_reach(ray) < span.from && span.to < ray->t_max) return 1;
     }
     struct crossings found = probe_crossings(probe, id, naive);
     return crossings_that_count(ray, &found);

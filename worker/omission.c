@@ -62,7 +62,7 @@ void omission_fold(struct omission *omission, const struct radiance *radiance)
 {
     struct tree *tree = &omission->pending;
     for (uint32_t i = 0; i < tree->count; i++)
-        if (tree->pending[i].rough) rate(tree, radiance, &tree->pending[i]);
+        if (tree->pending[i].coarse) rate(tree, radiance, &tree->pending[i]);
     double largest = largest_gone(tree);
     /* The last branch fills the gap of a removed one; it has been examined already. */
     for (uint32_t i = tree->count; i-- > 0 && tree->count > OMISSION_KEPT;) {
@@ -81,8 +81,8 @@ void omission_take(struct omission *omission, const struct radiance *radiance, s
     for (uint32_t i = own; i < all->count; i++) {
         struct branch *branch = &all->pending[i];
         if (!radiance->levels && branch->depth < radiance->scene->view.max_depth) continue;
-        tree_rate(all, branch, radiance_roughly(radiance, branch->weight, branch->depth, false));
-        branch->rough = true;
+        tree_rate(all, branch, radiance_coarse(radiance, branch->weight, branch->depth, false));
+        branch->coarse = true;
     }
 }
 
@@ -105,7 +105,7 @@ bool omission_next(struct omission *omission, const struct radiance *radiance,
     double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE) - omission->folded;
     struct tree *tree = &omission->pending;
     struct branch *next;
-    while ((next = tree_next(tree, tolerance)) != NULL && next->rough)
+    while ((next = tree_next(tree, tolerance)) != NULL && next->coarse)
         rate(tree, radiance, next);
     if (!next || omission->rays >= LOOK_RAYS) return false;
     omission->rays++;

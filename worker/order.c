@@ -10,7 +10,7 @@ static struct dd triangle_parameter(const struct scene *scene, const struct ray 
     const struct vec3 *vertices = scene_vertices(scene);
     const struct vec3 at[3] = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]};
     struct dd t = dd(crossing->t);
-    (void)triangle_careful(at, ray, shear, &t);
+    (void)triangle_crossings_exact(at, ray, shear, &t);
     return t;
 }
 
@@ -64,7 +64,7 @@ int compare_crossings(const struct scene *scene, const struct ray *ray, const st
     return apart < 0 ? -1 : 1;
 }
 
-bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b)
+bool has_priority(const struct scene *scene, uint32_t a, uint32_t b)
 {
     bool through_a = transmits(scene, a), through_b = transmits(scene, b);
     return through_a == through_b ? a < b : through_b;
@@ -106,13 +106,13 @@ bool is_at_start(const struct scene *scene, const struct ray *ray, const struct 
 
 bool is_passed(const struct scene *scene, const struct ray *ray, const struct crossing *crossing)
 {
-    return is_met_first(scene, crossing->primitive, ray->from) != is_reversed(ray);
+    return has_priority(scene, crossing->primitive, ray->from) != is_reversed(ray);
 }
 
-bool is_first_of_equals(const struct scene *scene, const struct ray *ray, const struct crossing *a,
-                        const struct crossing *b)
+bool precedes_if_equal(const struct scene *scene, const struct ray *ray, const struct crossing *a,
+                       const struct crossing *b)
 {
-    bool first = is_met_first(scene, a->primitive, b->primitive);
+    bool first = has_priority(scene, a->primitive, b->primitive);
     if (!is_reversed(ray)) return first;
     bool here = is_at_start(scene, ray, a);
     if (here != is_at_start(scene, ray, b)) return here;

@@ -40,10 +40,10 @@ int compare_crossings(const struct scene *scene, const struct ray *ray, const st
  * of both and so has not left the glass; if the glass had won, the ray would leave it twice. Of two opaque or
  * two transparent ones the lower id wins.
  */
-bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b);
+bool has_priority(const struct scene *scene, uint32_t a, uint32_t b);
 
 /*
- * Surfaces in one plane, sphere, cylinder or cone are crossed in the order of is_met_first(), whatever the
+ * Surfaces in one plane, sphere, cylinder or cone are crossed in the order of has_priority(), whatever the
  * ray's direction, as if they were slightly apart in that order. A ray that goes on from one of them starts
  * on that side of all of them that it came from. Those before it in the order then lie ahead once more, but
  * the ray has passed them. A ray that one of them reflects is between it and the one before it. It starts on
@@ -67,7 +67,7 @@ static inline bool is_reversed(const struct ray *ray)
 }
 
 /* Whether a comes first, of two crossings for which compare_crossings() gives 0. */
-bool is_first_of_equals(const struct scene *scene, const struct ray *ray, const struct crossing *a,
-                        const struct crossing *b);
+bool precedes_if_equal(const struct scene *scene, const struct ray *ray, const struct crossing *a,
+                       const struct crossing *b);
 
 #endif

@@ -163,20 +163,20 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
-    lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
-    told &= lanes_less(it->least, first.from);
+    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & first.decided & ~leaving : 0;
+    decided &= lanes_less(it->least, first.from);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
     lanes_store(to, first.to);
-    for (lane_set rest = told; rest; rest = without_lowest(rest)) {
+    for (lane_set rest = decided; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
         bool on_part = is_on_part_lanes(&first) >> lane & 1;
         keep(it, lane,
              (struct candidate){leaf->id, part_at_lanes(&first, lane), from[lane],
                                 on_part ? to[lane] : INFINITE});
     }
-    lower_limits(it, told, first.to);
-    test_each(it, leaf->id, set & ~told);
+    lower_limits(it, decided, first.to);
+    test_each(it, leaf->id, set & ~decided);
 }
 
 /* A bundle in search of its nearest hits. */
@@ -359,8 +359,8 @@ static INLINED bool walk_trees(struct nearest_bundle *it, const struct bvh *bvh)
 static void plane_candidates(struct nearest_packet *it, uint32_t id)
 {
     struct plane_span_lanes span = plane_span_of_rays(it->scene, id, &it->ray_lanes);
-    lane_set ahead = span.told & lanes_less(it->least, span.from),
-             behind = span.told & lanes_less(span.to, lanes_of(0));
+    lane_set ahead = span.decided & lanes_less(it->least, span.from),
+             behind = span.decided & lanes_less(span.to, lanes_of(0));
     lane_set set = ALL_LANES & ~rays_from(&it->packet, id);
     keep_nearer(it, id, set & ahead, span.from, span.to);
     test_each(it, id, set & ~(ahead | behind));

@@ -81,24 +81,24 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
     }
 }
 
-static SHARED void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                                    lane_set rays)
+static NOINLINE void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                                      lane_set rays)
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = rays_from(&it->packet, leaf->id);
     lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->packet.t_max));
     if (!set) return;
     struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->packet.t_max);
-    lane_set told = is_told_solid(it->scene, leaf->id) ? set & ~leaving : 0;
-    told &= lanes_less(it->least, first_crossing_lanes(&spans).from);
-    certain_crossings(it, leaf, told & certain.once, 1);
-    certain_crossings(it, leaf, told & certain.twice, 2);
-    test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
+    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & ~leaving : 0;
+    decided &= lanes_less(it->least, first_crossing_lanes(&spans).from);
+    certain_crossings(it, leaf, decided & certain.once, 1);
+    certain_crossings(it, leaf, decided & certain.twice, 2);
+    test_each(it, leaf, set & ~(decided & (certain.once | certain.twice)));
 }
 
 /* Tests a leaf. Keeps as blocker the leaf if a triangle has blocked a ray, or another primitive that has. */
-static SHARED void look_in_leaf(struct occlusion_packet *it, const struct bvh_leaf *leaves,
-                                uint32_t count, lane_set rays)
+static NOINLINE void look_in_leaf(struct occlusion_packet *it, const struct bvh_leaf *leaves,
+                                  uint32_t count, lane_set rays)
 {
     uint32_t triangles = triangles_of(leaves, count);
     lane_set before = it->open;
@@ -140,11 +140,11 @@ static void look_in_last_leaf(struct occlusion_packet *it, const struct blocker 
     struct rough_leaf rough;
     struct rough_places places;
     it->packet.bvh = last->bvh;
-    lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), untold;
+    lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), undecided;
     for (uint32_t i = 0; i < triangles && rays; i++) {
         if (i % LANES == 0) places = rough_places(&it->packet, corners, triangles, i);
         struct rough_crossings found =
-            crossings_in_float(&it->packet, &rough, &places, i % LANES, rays, &untold);
+            crossings_in_float(&it->packet, &rough, &places, i % LANES, rays, &undecided);
         if (found.maybe) rays &= triangle_in_the_way(it, &last->leaves[i], &found);
     }
 }
@@ -167,8 +167,8 @@ static void plane_in_the_way(struct occlusion_packet *it, uint32_t id)
     lane_set beyond = lanes_less(it->packet.t_max, span.from) | lanes_less(span.to, lanes_of(0));
     lane_set within = lanes_less(it->least, span.from) & lanes_less(span.to, it->packet.t_max);
     lane_set set = it->open & ~rays_from(&it->packet, id);
-    certain_crossings(it, &leaf, set & span.told & within, 1);
-    test_each(it, &leaf, set & ~(span.told & (within | beyond)));
+    certain_crossings(it, &leaf, set & span.decided & within, 1);
+    test_each(it, &leaf, set & ~(span.decided & (within | beyond)));
 }
 
 /* Tests the planes, which are not in the tree. */

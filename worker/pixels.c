@@ -142,9 +142,9 @@ static INLINED void add_sample(struct renderer *renderer, uint32_t pixel, struct
 void add_samples(struct renderer *renderer, uint32_t count)
 {
     for (uint32_t p = 0; p < count; p++) {
-        const struct path *path = &renderer->paths[p];
-        double truncation = path->branched ? omission_bound(&renderer->further[p].omission) : 0;
-        add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), truncation,
-                   path->traced);
+        const struct sample_state *state = &renderer->states[p];
+        double truncation = state->branched ? omission_bound(&renderer->pending[p].omission) : 0;
+        add_sample(renderer, state->pixel, finished_sum(renderer, &state->color), truncation,
+                   state->cost_rays);
     }
 }

@@ -29,13 +29,13 @@ static inline struct vec3 place_rounded(const struct place *place)
  * Rounding displaces each coordinate by at most u of itself, hence the point by at most sqrt(3) u of its
  * largest coordinate. It is moved off by 2 u of that, so it ends between 0.26 u and 3.74 u from the surface.
  */
-#define STAND_OFF (2 * UNIT_ROUNDOFF)
+#define SURFACE_OFFSET (2 * UNIT_ROUNDOFF)
 
 /* The rounded point, moved off the surface to the side that the ray comes from. */
-static inline struct vec3 stand_off(const struct place *place, struct vec3 normal,
-                                    struct vec3 direction)
+static inline struct vec3 offset_from_surface(const struct place *place, struct vec3 normal,
+                                              struct vec3 direction)
 {
-    double distance = STAND_OFF * vec_largest(place_rounded(place));
+    double distance = SURFACE_OFFSET * vec_largest(place_rounded(place));
     double side = vec_dot(direction, normal) <= 0 ? 1 : -1;
     struct dd3 step = dd3_of(vec_scale(normal, side * distance));
     struct place off = {place->anchor, dd3_add(place->offset, step)};
@@ -59,15 +59,15 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
  * A hit on an edge is also on the neighbouring triangle, as far as rounding can tell. The origin of a
  * secondary ray would be on a random side of the neighbour, and a ray reflected into a corner could be lost
  * outside of it. So a point that is closer to an edge than EDGE_OFF of its largest coordinate is moved
- * towards the triangle's centroid until it is not. That is farther than stand_off() moves it off the plane,
- * if the two triangles meet at 3.4 degrees or more. The move is at most DRAWN_IN_MOST of the way, which is
+ * towards the triangle's centroid until it is not. That is farther than offset_from_surface() moves it off the plane,
+ * if the two triangles meet at 3.4 degrees or more. The move is at most INWARD_SHARE_MOST of the way, which is
  * too little in a triangle 10^4 times as long as high. The error of a point is that of the weights, some u of
  * the triangle's size; near the origin, where coordinates are small, SHARE_OF_SIZE of the size counts as a
  * coordinate.
  */
-#define EDGE_OFF      (64 * UNIT_ROUNDOFF)
-#define DRAWN_IN_MOST 0x1p-30
-#define SHARE_OF_SIZE 0.25
+#define EDGE_OFF          (64 * UNIT_ROUNDOFF)
+#define INWARD_SHARE_MOST 0x1p-30
+#define SHARE_OF_SIZE     0.25
 
 static inline double edge_distance(double size, double coordinate)
 {
@@ -79,10 +79,10 @@ static inline double edge_distance(double size, double coordinate)
  * a); its length is twice the area, which is the lowest height times the longest edge, and that is at most
  * 3^0.5 sizes. coordinate: the point's largest.
  */
-static inline double drawn_in(struct vec3 normal, double size, double coordinate)
+static inline double inward_share(struct vec3 normal, double size, double coordinate)
 {
     double share = 3 * edge_distance(size, coordinate) * 2 * size / vec_length(normal);
-    return share < DRAWN_IN_MOST ? share : DRAWN_IN_MOST;
+    return share < INWARD_SHARE_MOST ? share : INWARD_SHARE_MOST;
 }
 
 static inline double least_weight(double u, double v)
@@ -91,10 +91,10 @@ static inline double least_weight(double u, double v)
 }
 
 /*
- * Whether the point may be so close to an edge that it is moved, with twice the limit of drawn_in() as a
+ * Whether the point may be so close to an edge that it is moved, with twice the limit of inward_share() as a
  * margin for rounding; also true if that cannot be decided. Uses no root or quotient, for use in lanes.
  */
-static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
+static inline bool may_move_inward(double u, double v, struct vec3 normal, double size,
                                    double coordinate)
 {
     double height = 4 * edge_distance(size, coordinate) * size, least = least_weight(u, v);

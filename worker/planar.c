@@ -70,7 +70,7 @@ static enum side disc_side_filtered(const struct disc *disc, const struct ray *r
  * The same in double-double, with the same bound for its 2^50 times smaller roundings: u^2 instead of u, and
  * error factors of up to 10 instead of 1 in 8 operations.
  */
-static enum side disc_side_careful(const struct disc *disc, const struct ray *ray)
+static enum side disc_side_in_dd(const struct disc *disc, const struct ray *ray)
 {
     struct vec3 d = ray->direction;
     double size = sum_of_sizes(d);
@@ -116,7 +116,7 @@ FLATTENED struct crossings disc_crossings(const struct disc *disc, const struct 
     enum side side = disc_side_filtered(disc, ray);
     if (side == SIDE_OPEN) {
         ++*exact;
-        side = disc_side_careful(disc, ray);
+        side = disc_side_in_dd(disc, ray);
     }
     if (side == SIDE_OUT) return NO_CROSSINGS;
     double t = plane_distance(disc->center, disc->normal, ray);

@@ -125,7 +125,7 @@ static void gather_normals(const struct scene *scene, const struct hit *hits, ui
 static inline void put_surface(struct points *points, uint32_t i, const struct place *place,
                                struct vec3 normal, bool sure)
 {
-    set_lane(&points->point, i, stand_off(place, normal, lane(&points->view, i)));
+    set_lane(&points->point, i, offset_from_surface(place, normal, lane(&points->view, i)));
     set_lane(&points->geometric, i, normal);
     set_lane(&points->normal, i, normal);
     points->sure[i] = truth(sure);
@@ -146,7 +146,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     *sure &= line.discriminant.high > SPHERE_LINE_FILTER * sphere_line_error(&line, r);
     line.half = dd_root(line.discriminant);
     double behind = sphere_line_behind(&line, t);
-    *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->u[i];
+    *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->t_error[i];
     bool second = (behind > 0) | (points->special[i] != 0);
     struct dd s = sphere_line_root(&line, second);
     return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
@@ -190,8 +190,8 @@ static inline struct sheared shear_lane(struct turn turn, struct vec3 slant, str
  * Whether triangle_plane_distance() certainly succeeds, so that the weights are kept when the distance is
  * corrected. Plain arithmetic errs by 2^-40 of what is compared; the limits are twice those of that function.
  */
-static inline bool plane_is_told(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 origin,
-                                 struct vec3 direction)
+static inline bool plane_is_decided(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 origin,
+                                    struct vec3 direction)
 {
     struct vec3 p = vec_sub(b, a), q = vec_sub(c, a), f = vec_sub(a, origin);
     struct vec3 normal = vec_cross(p, q);
@@ -226,10 +226,10 @@ static inline bool is_flat(const struct sheared *p, const struct sheared *q,
 }
 
 /* Whether the distance, which is known to lie in an interval, is certainly far enough, or certainly not. */
-static inline bool distance_is_told(const struct points *points, uint32_t i, double size,
-                                    double longest)
+static inline bool distance_is_decided(const struct points *points, uint32_t i, double size,
+                                       double longest)
 {
-    double from = points->t[i] - points->u[i], to = points->t[i] + points->u[i];
+    double from = points->t[i] - points->t_error[i], to = points->t[i] + points->t_error[i];
     return (size <= from * longest) | !(size <= to * longest);
 }
 
@@ -253,8 +253,8 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     double way = points->t[i] * fabs(d.z);
     bool crosses = certainly_crosses(&p, &q, &r);
     bool flat = is_flat(&p, &q, &r, sum, way + vec_largest(origin));
-    bool plane = plane_is_told(a, b, c, origin, direction);
-    bool distance = distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
+    bool plane = plane_is_decided(a, b, c, origin, direction);
+    bool distance = distance_is_decided(points, i, triangle_size(a, b, c), fabs(d.z));
     bool sure = crosses & (flat | plane) & distance;
     bool rough = points->v[i] == WEIGHT_UNKNOWN;
     points->u[i] = rough ? e1 / sum : points->u[i];
@@ -283,7 +283,7 @@ static inline void put_triangle(struct points *points, uint32_t i, const struct 
 {
     struct vec3 a = place->anchor, across = vec_cross(vec_sub(b, a), vec_sub(c, a));
     bool sure = points->sure[i] != 0;
-    sure &= !may_be_drawn_in(points->u[i], points->v[i], across, triangle_size(a, b, c),
+    sure &= !may_move_inward(points->u[i], points->v[i], across, triangle_size(a, b, c),
                              vec_largest(place_rounded(place)));
     put_surface(points, i, place, plain_unit(across, &sure), sure);
 }
@@ -365,7 +365,7 @@ static inline void find_side(struct points *points, uint32_t i)
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
     bool sure = points->special[i] == 0;
-    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->u[i], &sure);
+    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->t_error[i], &sure);
     struct place place = line_place(cone.base, o, d, t);
     struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
     put_surface(points, i, &place, normal, sure);
@@ -395,7 +395,7 @@ static inline void find_cap(struct points *points, uint32_t i)
     bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->special[i] != 0;
     struct dd3 w = exact_difference3(cone.apex, cone.base);
     struct dd t = flat_distance(choose(at_apex, cone.apex, cone.base), w, o, d, &sure);
-    sure &= fabs(t.high - points->t[i]) <= points->u[i];
+    sure &= fabs(t.high - points->t[i]) <= points->t_error[i];
     struct place place = line_place(cone.base, o, d, t);
     struct vec3 axis = dd3_round(w);
     struct vec3 normal = plain_unit(choose(at_apex, axis, vec_neg(axis)), &sure);

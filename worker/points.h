@@ -19,8 +19,12 @@ struct points {
     /* Used by points_find(). */
     /* Origin of the ray; a, b, c: what defines the surface, by kind. */
     struct rows3 origin, a, b, c;
-    lane_row t, u, v; /* of the hit */
-    lane_row radius;  /* radius of a sphere */
+    lane_row t; /* of the hit, as are the next ones */
+    union {
+        lane_row u, t_error; /* the latter of a rough hit */
+    };
+    lane_row v;
+    lane_row radius; /* radius of a sphere */
     /* 1: a sphere is visible from inside only; or a ray starts on the cone that it hits; or a cap is that of
      * the apex. */
     lane_row special;
@@ -68,7 +72,7 @@ struct lit {
 void points_light(const struct points *points, struct lit *lit);
 
 /* Directions of secondary rays: reflect() and refract() for some of the points. */
-struct onward {
+struct secondary_rays {
     uint32_t count;
     uint32_t point[WAVE];
     struct rows3 direction; /* the result */
@@ -79,7 +83,7 @@ struct onward {
     struct rows3 view, normal, geometric;
     lane_row sure;
 };
-void points_reflect(const struct points *points, struct onward *onward);
-void points_refract(const struct points *points, struct onward *onward);
+void points_reflect(const struct points *points, struct secondary_rays *secondary);
+void points_refract(const struct points *points, struct secondary_rays *secondary);
 
 #endif

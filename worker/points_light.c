@@ -102,74 +102,74 @@ void points_light(const struct points *points, struct lit *lit)
 
 /* ---- where rays go on ---- */
 
-static void gather_onward(const struct points *points, struct onward *onward)
+static void gather_secondary(const struct points *points, struct secondary_rays *secondary)
 {
-    for (uint32_t i = 0; i < onward->count; i++) {
-        uint32_t point = onward->point[i];
-        set_lane(&onward->view, i, lane(&points->view, point));
-        set_lane(&onward->normal, i, lane(&points->normal, point));
-        set_lane(&onward->geometric, i, lane(&points->geometric, point));
+    for (uint32_t i = 0; i < secondary->count; i++) {
+        uint32_t point = secondary->point[i];
+        set_lane(&secondary->view, i, lane(&points->view, point));
+        set_lane(&secondary->normal, i, lane(&points->normal, point));
+        set_lane(&secondary->geometric, i, lane(&points->geometric, point));
     }
 }
 
-static inline void reflect_lane(struct onward *onward, uint32_t i)
+static inline void reflect_lane(struct secondary_rays *secondary, uint32_t i)
 {
-    struct vec3 geometric = lane(&onward->geometric, i);
+    struct vec3 geometric = lane(&secondary->geometric, i);
     double v_n;
-    struct vec3 out = mirrored_view(lane(&onward->view, i), lane(&onward->normal, i), &v_n);
-    set_lane(&onward->direction, i, out);
+    struct vec3 out = mirrored_view(lane(&secondary->view, i), lane(&secondary->normal, i), &v_n);
+    set_lane(&secondary->direction, i, out);
     bool sure = vec_dot(out, geometric) > 0;
     sure &= !mirror_may_enter(v_n);
-    onward->sure[i] = truth(sure);
+    secondary->sure[i] = truth(sure);
 }
 
-IN_LANES(reflect_lanes, onward, reflect_lane)
+IN_LANES(reflect_lanes, secondary_rays, reflect_lane)
 
-void points_reflect(const struct points *points, struct onward *onward)
+void points_reflect(const struct points *points, struct secondary_rays *secondary)
 {
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) {
-        gather_onward(points, onward);
-        reflect_lanes(onward, 0, onward->count);
+        gather_secondary(points, secondary);
+        reflect_lanes(secondary, 0, secondary->count);
     }
-    for (uint32_t i = 0; i < onward->count; i++) {
-        if (exact && onward->sure[i] != 0) continue;
-        struct shading_point at = points_get(points, onward->point[i]);
-        set_lane(&onward->direction, i, reflect(&at));
+    for (uint32_t i = 0; i < secondary->count; i++) {
+        if (exact && secondary->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, secondary->point[i]);
+        set_lane(&secondary->direction, i, reflect(&at));
     }
 }
 
 /* refract() with the shading normal, where that suffices. */
-static inline void refract_lane(struct onward *onward, uint32_t i)
+static inline void refract_lane(struct secondary_rays *secondary, uint32_t i)
 {
-    struct vec3 view = lane(&onward->view, i), normal = lane(&onward->normal, i);
-    double from = onward->from[i], to = onward->to[i], e, d;
+    struct vec3 view = lane(&secondary->view, i), normal = lane(&secondary->normal, i);
+    double from = secondary->from[i], to = secondary->to[i], e, d;
     bool plain, facing = vec_dot(view, normal) < 0;
     struct transition at = transition_from(from, to, cosine_in(view, normal, &e, &d), &plain);
     bool passes = (at.k.high >= 0) & (to >= N2_MIN);
     struct vec3 out = passed_view(view, normal, &at, dd_root(at.k), e, d);
-    bool through = vec_dot(out, lane(&onward->geometric, i)) < 0;
-    set_lane(&onward->direction, i, out);
-    onward->passes[i] = truth(passes);
+    bool through = vec_dot(out, lane(&secondary->geometric, i)) < 0;
+    set_lane(&secondary->direction, i, out);
+    secondary->passes[i] = truth(passes);
     through &= at.k.high > 0;
     plain &= is_plain_index(larger_number(from, to));
-    onward->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
+    secondary->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
 }
 
-IN_LANES(refract_lanes, onward, refract_lane)
+IN_LANES(refract_lanes, secondary_rays, refract_lane)
 
-void points_refract(const struct points *points, struct onward *onward)
+void points_refract(const struct points *points, struct secondary_rays *secondary)
 {
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) {
-        gather_onward(points, onward);
-        refract_lanes(onward, 0, onward->count);
+        gather_secondary(points, secondary);
+        refract_lanes(secondary, 0, secondary->count);
     }
-    for (uint32_t i = 0; i < onward->count; i++) {
-        if (exact && onward->sure[i] != 0) continue;
-        struct shading_point at = points_get(points, onward->point[i]);
+    for (uint32_t i = 0; i < secondary->count; i++) {
+        if (exact && secondary->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, secondary->point[i]);
         struct vec3 direction = at.view;
-        onward->passes[i] = refract(&at, onward->from[i], onward->to[i], &direction);
-        set_lane(&onward->direction, i, direction);
+        secondary->passes[i] = refract(&at, secondary->from[i], secondary->to[i], &direction);
+        set_lane(&secondary->direction, i, direction);
     }
 }

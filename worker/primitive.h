@@ -75,7 +75,8 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
     const struct vec3 from_corners[3] = {at[from[0]], at[from[1]], at[from[2]]};
     const struct vec3 of_corners[3] = {at[of[0]], at[of[1]], at[of[2]]};
     if (!triangle_is_same_passage(from_corners, of_corners, ray)) return false;
-    return !coplanar || triangle_careful(from_corners, ray, shear, NULL).t[0] == NOT_CROSSED;
+    return !coplanar ||
+           triangle_crossings_exact(from_corners, ray, shear, NULL).t[0] == NOT_CROSSED;
 }
 
 /* Whether a triangle that is crossed close to the ray's start does not count there. */

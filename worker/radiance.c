@@ -193,8 +193,8 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
     uint32_t group = radiance->groups++;
     bool *seen = allocate_zeroed((size_t)scene->materials.count, sizeof *seen);
     struct bounds box = padded(radiance, &cluster->box);
-    struct beams beams;
-    beams_init(&beams, scene, &box, radiance->light_grows);
+    struct box_lights box_lights;
+    box_lights_init(&box_lights, scene, &box, radiance->light_grows);
     for (int axis = 0; axis < 3; axis++) {
         radiance->min[axis][group] = box.min[axis];
         radiance->max[axis][group] = box.max[axis];
@@ -204,10 +204,10 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         const struct material *material = &scene_materials(scene)[index];
         if (seen[index]) continue;
         seen[index] = true;
-        raise(radiance->shown, group, radiance_shown(&beams, material));
+        raise(radiance->direct, group, radiance_direct(&box_lights, material));
         raise(radiance->passed, group, passed_by(material));
     }
-    beams_free(&beams);
+    box_lights_free(&box_lights);
     free(seen);
     /* With the paper's formulas a ray may hit again the surface that it has left. */
     if (cluster->count > 1 || radiance->scene->view.formulas == FORMULAS_PAPER) return;
@@ -263,12 +263,12 @@ static void far_component(struct radiance *radiance, unsigned c, double sky)
 {
     double base = sky, each = 0;
     for (uint32_t g = 0; g < radiance->groups; g++) {
-        double shown = radiance->shown[c][g], kept = radiance->passed[c][g] * BOUND_SLACK;
-        if (!(shown > 0) && kept <= 1) continue; /* adds nothing */
+        double direct = radiance->direct[c][g], kept = radiance->passed[c][g] * BOUND_SLACK;
+        if (!(direct > 0) && kept <= 1) continue; /* adds nothing */
         if (1 - kept >= 1 / radiance->deepest)
-            base = fmax(base, shown / (1 - kept) * BOUND_SLACK);
+            base = fmax(base, direct / (1 - kept) * BOUND_SLACK);
         else if (radiance->passed[c][g] <= 1 + 4 * UNIT_ROUNDOFF)
-            each = fmax(each, shown);
+            each = fmax(each, direct);
         else
             base = HUGE_VAL;
     }
@@ -282,7 +282,7 @@ static double next_component(const struct radiance *radiance, unsigned c, double
     double most = sky;
     for (uint32_t g = 0; g < radiance->groups; g++) {
         double passed = radiance->passed[c][g];
-        double next = radiance->shown[c][g] + (passed > 0 ? passed * below : 0);
+        double next = radiance->direct[c][g] + (passed > 0 ? passed * below : 0);
         most = fmax(most, next * BOUND_SLACK);
     }
     return most;
@@ -434,24 +434,24 @@ double radiance_most(const struct radiance *radiance)
     return fmax(radiance->base[0], fmax(radiance->base[1], radiance->base[2]));
 }
 
-/* Raises *most to shown + passed * next of the groups that are met; next may be infinite. */
+/* Raises *most to direct + passed * next of the groups that are met; next may be infinite. */
 static inline void raise_by_met(const struct radiance *radiance, const group_row met,
                                 struct vec3 next, struct vec3 *most)
 {
-    const group_row *shown = radiance->shown, *passed = radiance->passed;
+    const group_row *direct = radiance->direct, *passed = radiance->passed;
     for (uint32_t g = 0; g < radiance->groups; g++) {
         if (met[g] == 0) continue;
-        most->x = max_number(most->x, shown[0][g] + passed_of(passed[0][g], next.x));
-        most->y = max_number(most->y, shown[1][g] + passed_of(passed[1][g], next.y));
-        most->z = max_number(most->z, shown[2][g] + passed_of(passed[2][g], next.z));
+        most->x = max_number(most->x, direct[0][g] + passed_of(passed[0][g], next.x));
+        most->y = max_number(most->y, direct[1][g] + passed_of(passed[1][g], next.y));
+        most->z = max_number(most->z, direct[2][g] + passed_of(passed[2][g], next.z));
     }
 }
 
 /* R of a ray of this depth. */
-static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, bool shown)
+static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, bool in_picture)
 {
     uint32_t last = radiance->scene->view.max_depth;
-    if (shown && radiance->levels) return radiance->levels[last - depth];
+    if (in_picture && radiance->levels) return radiance->levels[last - depth];
     double left = fmax(0, radiance->deepest + 1 - depth); /* its own level included */
     const double *base = radiance->base, *each = radiance->each;
     /* Avoids 0 * each, which may be infinite. */
@@ -459,18 +459,18 @@ static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, b
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
 }
 
-double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
-                        bool shown)
+double radiance_coarse(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                       bool in_picture)
 {
-    return largest_share(weight, this_level(radiance, depth, shown)) * BOUND_SLACK;
+    return largest_share(weight, this_level(radiance, depth, in_picture)) * BOUND_SLACK;
 }
 
 double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
-                   uint32_t depth, bool shown)
+                   uint32_t depth, bool in_picture)
 {
     const struct view *view = &radiance->scene->view;
-    bool last = shown && depth == view->max_depth;
-    struct vec3 next = last ? vec3(0, 0, 0) : this_level(radiance, depth + 1, shown);
+    bool last = in_picture && depth == view->max_depth;
+    struct vec3 next = last ? vec3(0, 0, 0) : this_level(radiance, depth + 1, in_picture);
     bool good = vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
     group_row met;
     if (good)

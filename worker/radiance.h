@@ -3,12 +3,12 @@
  * the rays of a sample's tree are traced, and bound the effect of those that are left out.
  *
  * The scene's surfaces are divided into a few groups, each with a box around it. Two quantities are bounded
- * for each group, per component of colour: `shown`, what lights and ambient make of its surfaces, and
+ * for each group, per component of colour: `direct`, what lights and ambient make of its surfaces, and
  * `passed`, the share of reflected and refracted rays that they pass on. The brightness of a ray is then at
- * most the largest of the background in its direction and shown + passed R of the groups whose boxes it
+ * most the largest of the background in its direction and direct + passed R of the groups whose boxes it
  * meets. R bounds what any ray can bring; it is the fixed point of
  *
- *   R = max(background, max over groups (shown + passed R))
+ *   R = max(background, max over groups (direct + passed R))
  *
  * and finite where all surfaces lose light. Where some lose none (reflection + transmission = 1) and add
  * light of their own, each level of the tree can add as much again, and total reflection may keep a ray
@@ -32,9 +32,9 @@ typedef double group_row[RADIANCE_GROUPS];
 struct radiance {
     const struct scene *scene;
     uint32_t groups;
-    /* Boxes of the groups, rounded outward; shown and passed as above. No ray meets the box of an unused
+    /* Boxes of the groups, rounded outward; direct and passed as above. No ray meets the box of an unused
      * group. */
-    group_row min[3], max[3], shown[3], passed[3];
+    group_row min[3], max[3], direct[3], passed[3];
     uint32_t only[RADIANCE_GROUPS]; /* the primitive of a group of one; else PRIMITIVE_NONE */
     bool single;                    /* some groups have only one primitive */
     bool light_grows;               /* as radiance_light_grows(): then lit surfaces have no bound */
@@ -50,15 +50,15 @@ void radiance_free(struct radiance *radiance);
 
 /*
  * An upper bound, rounding included, on the largest component that a ray of this depth and weight can add to
- * a sample; may be infinite. shown: in a picture of max_depth levels (depth <= max_depth), else in one of any
+ * a sample; may be infinite. in_picture: in a picture of max_depth levels (depth <= max_depth), else in one of any
  * depth.
  */
 double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
-                   uint32_t depth, bool shown);
+                   uint32_t depth, bool in_picture);
 
 /* The same without testing the boxes: mostly larger, but fast. */
-double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
-                        bool shown);
+double radiance_coarse(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                       bool in_picture);
 
 /* The largest component of R of a primary ray. */
 double radiance_most(const struct radiance *radiance);
@@ -67,7 +67,7 @@ double radiance_most(const struct radiance *radiance);
 bool radiance_light_grows(const struct scene *scene);
 
 /* The lights with a colour, as seen from anywhere in a box. */
-struct beams {
+struct box_lights {
     uint32_t count;
     /* share and cosine are given: the angles between lights are taken into account. */
     bool paired;
@@ -79,15 +79,15 @@ struct beams {
     double *cosine;      /* [count][count]: cosine of the least angle between two of them */
 };
 
-/* The box may be infinite. The caller releases *beams with beams_free(). */
-void beams_init(struct beams *beams, const struct scene *scene, const struct bounds *box,
-                bool light_grows);
-void beams_free(struct beams *beams);
+/* The box may be infinite. The caller releases *box_lights with box_lights_free(). */
+void box_lights_init(struct box_lights *box_lights, const struct scene *scene,
+                     const struct bounds *box, bool light_grows);
+void box_lights_free(struct box_lights *box_lights);
 
 /*
  * An upper bound, per component, on what these lights and ambient can make of a surface of the material
  * anywhere in their box, for any normal and without shadows.
  */
-struct vec3 radiance_shown(const struct beams *beams, const struct material *material);
+struct vec3 radiance_direct(const struct box_lights *box_lights, const struct material *material);
 
 #endif

@@ -7,7 +7,7 @@
 /* With more lights the plain sum is used, since all subsets of them are examined. */
 #define PAIRED_LIGHTS 6
 
-/* If the sine of a beam's half angle exceeds this, the box is so close to the light that light may come from
+/* If the sine of a cone's half angle exceeds this, the box is so close to the light that light may come from
  * anywhere. */
 #define SINE_MAX 0.99
 
@@ -15,28 +15,28 @@
 #define COSINE_ERROR (64 * UNIT_ROUNDOFF)
 
 /* The directions in which a light is seen from a box: a cone, or all directions. */
-struct beam {
+struct light_cone {
     struct vec3 axis; /* unit */
     double sine, cosine;
     bool all;
 };
 
-static struct beam beam_of(const struct light *light, struct vec3 center, double radius)
+static struct light_cone light_cone_of(const struct light *light, struct vec3 center, double radius)
 {
     struct vec3 way = vec_sub(light->position, center);
     double distance = vec_length(way);
-    struct beam beam = {.all = true};
-    if (!isfinite(distance) || !(radius < SINE_MAX * distance)) return beam;
-    beam.sine = radius / distance * (1 + COSINE_ERROR) + COSINE_ERROR;
-    if (beam.sine > SINE_MAX) return beam;
-    beam.cosine = sqrt(1 - beam.sine * beam.sine);
-    beam.axis = vec_normalize(way);
-    beam.all = false;
-    return beam;
+    struct light_cone light_cone = {.all = true};
+    if (!isfinite(distance) || !(radius < SINE_MAX * distance)) return light_cone;
+    light_cone.sine = radius / distance * (1 + COSINE_ERROR) + COSINE_ERROR;
+    if (light_cone.sine > SINE_MAX) return light_cone;
+    light_cone.cosine = sqrt(1 - light_cone.sine * light_cone.sine);
+    light_cone.axis = vec_normalize(way);
+    light_cone.all = false;
+    return light_cone;
 }
 
-/* The largest cosine of the angle between a direction of one beam and one of the other. */
-static double closest(const struct beam *a, const struct beam *b)
+/* The largest cosine of the angle between a direction of one cone and one of the other. */
+static double closest(const struct light_cone *a, const struct light_cone *b)
 {
     if (a->all || b->all) return 1;
     double between = vec_dot(a->axis, b->axis);
@@ -52,36 +52,37 @@ static double share_of(double part, double whole)
     return whole > 0 && isfinite(whole) ? part / whole : 0;
 }
 
-static void pair_beams(struct beams *beams, const struct scene *scene, struct vec3 center,
-                       double radius)
+static void pair_lights(struct box_lights *box_lights, const struct scene *scene,
+                        struct vec3 center, double radius)
 {
     const struct light *lights = scene_lights(scene);
-    struct beam cone[PAIRED_LIGHTS];
-    beams->share = allocate(beams->count, sizeof *beams->share);
-    beams->cosine = allocate((size_t)beams->count * beams->count, sizeof *beams->cosine);
+    struct light_cone cone[PAIRED_LIGHTS];
+    box_lights->share = allocate(box_lights->count, sizeof *box_lights->share);
+    box_lights->cosine =
+        allocate((size_t)box_lights->count * box_lights->count, sizeof *box_lights->cosine);
     uint32_t n = 0;
     for (uint64_t i = 0; i < scene->lights.count; i++) {
-        struct vec3 color = lights[i].color, most = beams->strongest;
+        struct vec3 color = lights[i].color, most = box_lights->strongest;
         if (vec_is_zero(color)) continue;
-        beams->share[n] =
+        box_lights->share[n] =
             vec3(share_of(color.x, most.x), share_of(color.y, most.y), share_of(color.z, most.z));
-        cone[n++] = beam_of(&lights[i], center, radius);
+        cone[n++] = light_cone_of(&lights[i], center, radius);
     }
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < n; j++)
-            beams->cosine[i * n + j] = i == j ? 1 : closest(&cone[i], &cone[j]);
+            box_lights->cosine[i * n + j] = i == j ? 1 : closest(&cone[i], &cone[j]);
 }
 
 /* Upper bound on |sum of l_i L_i|^2 over the lights of a bit set, in units of the strongest light. */
-static double square_of(const struct beams *beams, unsigned c, uint32_t set)
+static double square_of(const struct box_lights *box_lights, unsigned c, uint32_t set)
 {
     double square = 0;
-    uint32_t n = beams->count;
+    uint32_t n = box_lights->count;
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < n; j++)
             if (set >> i & set >> j & 1)
-                square += vec_component(&beams->share[i], c) * vec_component(&beams->share[j], c) *
-                          beams->cosine[i * n + j];
+                square += vec_component(&box_lights->share[i], c) *
+                          vec_component(&box_lights->share[j], c) * box_lights->cosine[i * n + j];
     return square;
 }
 
@@ -90,45 +91,47 @@ static double square_of(const struct beams *beams, unsigned c, uint32_t set)
  * with n . l_i > 0, this is n . sum over S of L_i l_i, which is at most the length of that sum. The square of
  * the length is the sum over all pairs in S of L_i L_j l_i . l_j.
  */
-static double most_diffuse(const struct beams *beams, unsigned c)
+static double most_diffuse(const struct box_lights *box_lights, unsigned c)
 {
-    double sum = vec_component(&beams->sum, c), square = 0;
-    if (!beams->paired) return sum;
-    uint32_t n = beams->count;
+    double sum = vec_component(&box_lights->sum, c), square = 0;
+    if (!box_lights->paired) return sum;
+    uint32_t n = box_lights->count;
     for (uint32_t set = 1; set < UINT32_C(1) << n; set++)
-        square = fmax(square, square_of(beams, c, set));
-    double most = vec_component(&beams->strongest, c) * sqrt(square + n * n * COSINE_ERROR);
+        square = fmax(square, square_of(box_lights, c, set));
+    double most = vec_component(&box_lights->strongest, c) * sqrt(square + n * n * COSINE_ERROR);
     return fmin(sum, most * (1 + 8 * UNIT_ROUNDOFF));
 }
 
-void beams_init(struct beams *beams, const struct scene *scene, const struct bounds *box,
-                bool light_grows)
+void box_lights_init(struct box_lights *box_lights, const struct scene *scene,
+                     const struct bounds *box, bool light_grows)
 {
     const struct light *lights = scene_lights(scene);
-    *beams = (struct beams){.light_grows = light_grows};
+    *box_lights = (struct box_lights){.light_grows = light_grows};
     for (uint64_t i = 0; i < scene->lights.count; i++) {
-        struct vec3 color = lights[i].color, *most = &beams->strongest;
+        struct vec3 color = lights[i].color, *most = &box_lights->strongest;
         if (vec_is_zero(color)) continue;
-        beams->count++;
-        beams->sum = vec_add(beams->sum, color);
+        box_lights->count++;
+        box_lights->sum = vec_add(box_lights->sum, color);
         *most = vec3(fmax(most->x, color.x), fmax(most->y, color.y), fmax(most->z, color.z));
     }
-    beams->sum = vec_scale(beams->sum, 1 + beams->count * UNIT_ROUNDOFF);
+    box_lights->sum = vec_scale(box_lights->sum, 1 + box_lights->count * UNIT_ROUNDOFF);
     struct vec3 min = {box->min[0], box->min[1], box->min[2]};
     struct vec3 max = {box->max[0], box->max[1], box->max[2]};
     /* Halved first to avoid overflow. */
     struct vec3 half = vec_sub(vec_scale(max, 0.5), vec_scale(min, 0.5));
     struct vec3 center = vec_add(vec_scale(max, 0.5), vec_scale(min, 0.5));
     double radius = vec_length(half) * (1 + COSINE_ERROR);
-    beams->paired = beams->count > 1 && beams->count <= PAIRED_LIGHTS && isfinite(radius);
-    if (beams->paired) pair_beams(beams, scene, center, radius);
-    beams->diffuse = vec3(most_diffuse(beams, 0), most_diffuse(beams, 1), most_diffuse(beams, 2));
+    box_lights->paired =
+        box_lights->count > 1 && box_lights->count <= PAIRED_LIGHTS && isfinite(radius);
+    if (box_lights->paired) pair_lights(box_lights, scene, center, radius);
+    box_lights->diffuse =
+        vec3(most_diffuse(box_lights, 0), most_diffuse(box_lights, 1), most_diffuse(box_lights, 2));
 }
 
-void beams_free(struct beams *beams)
+void box_lights_free(struct box_lights *box_lights)
 {
-    free(beams->share);
-    free(beams->cosine);
+    free(box_lights->share);
+    free(box_lights->cosine);
 }
 
 /* base^exponent, 0 <= base <= 1, rounded up. */
@@ -147,20 +150,20 @@ static double power_above(double base, uint32_t exponent)
  * between r and any other light is at least half of the angle between that light and l_i; and cos^2 of half
  * an angle is (1 + cos) / 2.
  */
-static double most_specular(const struct beams *beams, double shininess, unsigned c)
+static double most_specular(const struct box_lights *box_lights, double shininess, unsigned c)
 {
     double most = 0;
-    if (!beams->paired || !(shininess >= 1)) return vec_component(&beams->sum, c);
-    uint32_t n = beams->count, squares = (uint32_t)(fmin(shininess, 0x1p30) / 2);
+    if (!box_lights->paired || !(shininess >= 1)) return vec_component(&box_lights->sum, c);
+    uint32_t n = box_lights->count, squares = (uint32_t)(fmin(shininess, 0x1p30) / 2);
     for (uint32_t i = 0; i < n; i++) {
         double sum = 0;
         for (uint32_t j = 0; j < n; j++)
-            sum += vec_component(&beams->share[j], c) *
-                   power_above((1 + beams->cosine[i * n + j]) / 2, squares);
+            sum += vec_component(&box_lights->share[j], c) *
+                   power_above((1 + box_lights->cosine[i * n + j]) / 2, squares);
         most = fmax(most, sum);
     }
-    most *= vec_component(&beams->strongest, c) * (1 + (n + 8) * UNIT_ROUNDOFF);
-    return fmin(vec_component(&beams->diffuse, c), most);
+    most *= vec_component(&box_lights->strongest, c) * (1 + (n + 8) * UNIT_ROUNDOFF);
+    return fmin(vec_component(&box_lights->diffuse, c), most);
 }
 
 bool radiance_light_grows(const struct scene *scene)
@@ -172,24 +175,26 @@ bool radiance_light_grows(const struct scene *scene)
     return false;
 }
 
-static double shown(const struct beams *beams, const struct material *material, unsigned c)
+static double direct(const struct box_lights *box_lights, const struct material *material,
+                     unsigned c)
 {
     double color = vec_component(&material->color, c);
     double sum = material->ambient * color;
     double diffuse = 0, specular = 0;
     if (material->diffuse > 0 && color > 0)
-        diffuse = material->diffuse * color * vec_component(&beams->diffuse, c);
+        diffuse = material->diffuse * color * vec_component(&box_lights->diffuse, c);
     if (material->specular > 0)
-        specular = material->specular * most_specular(beams, material->shininess, c);
-    if (diffuse + specular > 0 && beams->light_grows) return HUGE_VAL;
+        specular = material->specular * most_specular(box_lights, material->shininess, c);
+    if (diffuse + specular > 0 && box_lights->light_grows) return HUGE_VAL;
     /* The slack covers products and sums, cosines and lobes that exceed 1 by some u, and the sums over the
      * lights. */
-    return (sum + diffuse + specular) * (1 + (32 + beams->count) * UNIT_ROUNDOFF);
+    return (sum + diffuse + specular) * (1 + (32 + box_lights->count) * UNIT_ROUNDOFF);
 }
 
-struct vec3 radiance_shown(const struct beams *beams, const struct material *material)
+struct vec3 radiance_direct(const struct box_lights *box_lights, const struct material *material)
 {
-    static const struct beams none = {.count = 0};
-    if (!material_shows_light(material)) beams = &none;
-    return vec3(shown(beams, material, 0), shown(beams, material, 1), shown(beams, material, 2));
+    static const struct box_lights none = {.count = 0};
+    if (!material_shows_light(material)) box_lights = &none;
+    return vec3(direct(box_lights, material, 0), direct(box_lights, material, 1),
+                direct(box_lights, material, 2));
 }

@@ -48,7 +48,7 @@ struct hit {
     double t; /* of the nearest hit; infinite if there is none */
     /*
      * Triangle, patch: barycentric weights of vertex 1 and 2; else 0. But in a rough hit u is a bound on the
-     * error of t: see nearest_rough(), is_rough_hit().
+     * error of t: see nearest_rough(), hit_t_error().
      */
     double u, v;
     uint32_t primitive; /* PRIMITIVE_NONE: no hit */
@@ -56,5 +56,11 @@ struct hit {
     /* 1: other surfaces may be crossed at the same point, see worker/corner.h; else 0. */
     uint16_t in_corner;
 };
+
+/* In a rough hit (is_rough_hit()), where u is no weight: a bound on the error of t. */
+static inline double hit_t_error(const struct hit *hit)
+{
+    return hit->u;
+}
 
 #endif

@@ -78,8 +78,8 @@ void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer) return;
     for (uint32_t i = 0; i < WAVE; i++) {
-        tree_free(&renderer->further[i].tree);
-        omission_free(&renderer->further[i].omission);
+        tree_free(&renderer->pending[i].tree);
+        omission_free(&renderer->pending[i].omission);
     }
     media_destroy(renderer->media);
     radiance_free(&renderer->radiance);
@@ -97,13 +97,14 @@ const struct scene *renderer_scene(const struct renderer *renderer)
  * Takes the next ray that contributes to the picture. A ray's bound is tightened only when its turn comes:
  * most rays that are never traced do not need it.
  */
-static bool next_shown(const struct renderer *renderer, struct tree *tree, struct branch *branch)
+static bool next_in_picture(const struct renderer *renderer, struct tree *tree,
+                            struct branch *branch)
 {
     double cutoff = renderer->scene->view.cutoff;
     struct branch *next;
     if (tree->count == 0) return false;
     while ((next = tree_next(tree, cutoff)) != NULL) {
-        if (!next->rough || next->bound > COARSE_CUTOFFS * cutoff) break;
+        if (!next->coarse || next->bound > COARSE_CUTOFFS * cutoff) break;
         tree_rate(tree, next,
                   radiance_of(&renderer->radiance, &next->ray, next->weight, next->depth, true));
     }
@@ -114,36 +115,37 @@ static bool next_shown(const struct renderer *renderer, struct tree *tree, struc
 /* Takes the next ray of a sample; false: the sample is complete. */
 static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *branch)
 {
-    struct path *path = &renderer->paths[p];
-    struct further *further = &renderer->further[p];
-    if (!path->branched) return false;
-    if (!path->bounding) {
-        if (path->rays < renderer->ray_budget && next_shown(renderer, &further->tree, branch)) {
-            path->rays++;
-            path->traced++;
+    struct sample_state *state = &renderer->states[p];
+    struct pending_rays *pending = &renderer->pending[p];
+    if (!state->branched) return false;
+    if (!state->bounding) {
+        if (state->picture_rays < renderer->ray_budget &&
+            next_in_picture(renderer, &pending->tree, branch)) {
+            state->picture_rays++;
+            state->cost_rays++;
             renderer->counts.rays[branch->kind]++;
             return true;
         }
-        path->bounding = true;
-        omission_take(&further->omission, &renderer->radiance, &further->tree);
+        state->bounding = true;
+        omission_take(&pending->omission, &renderer->radiance, &pending->tree);
     }
     /* A survey needs no bound on what it leaves out. */
     if (renderer->progress.task.survey ||
-        !omission_next(&further->omission, &renderer->radiance, branch))
+        !omission_next(&pending->omission, &renderer->radiance, branch))
         return false;
-    path->traced++;
+    state->cost_rays++;
     renderer->counts.bound_rays++;
     renderer->bounding++;
     return true;
 }
 
 /* Fills the wave with the next ray of every sample that has one. */
-static void continue_paths(struct renderer *renderer)
+static void continue_samples(struct renderer *renderer)
 {
-    uint32_t paths = renderer->count;
+    uint32_t samples = renderer->count;
     renderer->count = renderer->bounding = 0;
     renderer->fresh = false;
-    for (uint32_t i = 0; i < paths; i++) {
+    for (uint32_t i = 0; i < samples; i++) {
         uint32_t p = renderer->owner[i], slot = renderer->count;
         struct branch *branch = &renderer->branches[slot];
         if (!next_branch(renderer, p, branch)) continue;
@@ -239,17 +241,17 @@ static void arrange_refinements(struct renderer *renderer)
     renderer->progress.task.refinements = renderer->refinements;
 }
 
-static INLINED void start_path(struct renderer *renderer, uint32_t p, bool primary_only)
+static INLINED void start_sample(struct renderer *renderer, uint32_t p, bool primary_only)
 {
     const struct progress *progress = &renderer->progress;
-    struct path *path = &renderer->paths[p];
-    path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
-    path->pixel = progress->place;
-    path->sample = progress->next.sample;
-    path->bad = path->bounding = path->branched = false;
-    path->traced = 1;
+    struct sample_state *state = &renderer->states[p];
+    state->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
+    state->pixel = progress->place;
+    state->sample = progress->next.sample;
+    state->bad = state->bounding = state->branched = false;
+    state->cost_rays = 1;
     if (primary_only) return;
-    path->rays = 1;
+    state->picture_rays = 1;
     struct branch *primary = &renderer->branches[p];
     primary->weight = vec3(1, 1, 1);
     primary->depth = 0;
@@ -278,7 +280,7 @@ static INLINED uint32_t wave_of(const struct renderer *renderer)
  * Starts the first wave of the next samples. They are neighbours; their secondary rays stay together as well,
  * as long as no others join them.
  */
-static INLINED void start_paths(struct renderer *renderer, bool primary_only)
+static INLINED void start_samples(struct renderer *renderer, bool primary_only)
 {
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
@@ -287,7 +289,7 @@ static INLINED void start_paths(struct renderer *renderer, bool primary_only)
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
         sample_put(&renderer->samples, p, progress->x, progress->y, progress->next.sample);
-        start_path(renderer, p, primary_only);
+        start_sample(renderer, p, primary_only);
         cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, count, renderer->rays);
@@ -308,9 +310,9 @@ static bool trace_trees(struct renderer *renderer)
 {
     const struct progress *progress = &renderer->progress;
     while (progress->started < progress->samples) {
-        start_paths(renderer, false);
+        start_samples(renderer, false);
         uint32_t samples = renderer->count;
-        for (; renderer->count > 0; continue_paths(renderer)) {
+        for (; renderer->count > 0; continue_samples(renderer)) {
             if (is_interrupted(renderer)) return false;
             trace_wave(renderer);
         }
@@ -323,7 +325,7 @@ static bool trace_primaries(struct renderer *renderer)
 {
     const struct progress *progress = &renderer->progress;
     while (progress->started < progress->samples) {
-        start_paths(renderer, true);
+        start_samples(renderer, true);
         if (is_interrupted(renderer)) return false;
         trace_primary_wave(renderer);
         add_samples(renderer, renderer->count);
@@ -351,7 +353,7 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     progress->adds = progress->next;
     if (!task->survey) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
-    renderer->count = renderer->facing_count = 0;
+    renderer->count = renderer->shadow_count = 0;
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 

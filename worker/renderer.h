@@ -15,26 +15,26 @@
 #include "worker/tree.h"
 
 /* A sample in work. The fields that a sample of a single ray needs come first. */
-struct path {
+struct sample_state {
     struct color_sum color;
     uint32_t pixel;  /* pixel of the tile */
     uint32_t sample; /* number within the pixel */
     /* Rays of all kinds, for the picture or its bound, except towards lights without colour. */
-    uint64_t traced;
+    uint64_t cost_rays;
     bool bad;      /* was counted as nonfinite */
     bool bounding; /* all its rays for the picture are traced; those left only serve the bound */
     bool branched; /* it has secondary rays */
-    uint64_t rays; /* rays traced for the picture, without shadow rays */
+    uint64_t picture_rays; /* rays traced for the picture, without shadow rays */
 };
 
 /* The pending rays of a sample that has branched; in many pictures most samples never do. */
-struct further {
+struct pending_rays {
     struct tree tree;
     struct omission omission;
 };
 
 /* A point of the wave and a light on its lit side. */
-struct facing {
+struct shadow_test {
     uint32_t point, light;
 };
 
@@ -71,10 +71,10 @@ struct renderer {
     renderer_interrupted *interrupted;
     void *context;
 
-    struct path paths[WAVE];
-    struct further further[WAVE]; /* of each path */
+    struct sample_state states[WAVE];
+    struct pending_rays pending[WAVE]; /* of each sample */
 
-    /* The current wave. Slot i traces branches[i] for path owner[i]. */
+    /* The current wave. Slot i traces branches[i] for sample owner[i]. */
     uint32_t count;
     bool fresh; /* these are the first rays of samples */
     /* The first sample's pixel has several samples in this task; then nearly all pixels have. */
@@ -89,21 +89,21 @@ struct renderer {
 
     /* Points that face lights, and the shadow rays towards these, light by light. */
     struct faced faced;
-    struct facing facing[WAVE];
-    uint32_t facing_count;
+    struct shadow_test shadow_tests[WAVE];
+    uint32_t shadow_count;
     struct lit lit;
     struct ray shadow_rays[WAVE];
     struct vec3 transmittance[WAVE];
 
-    struct onward onward;
-    uint32_t behind[WAVE];      /* for each onward->point: the stack of media behind the surface */
+    struct secondary_rays secondary;
+    uint32_t behind[WAVE]; /* for each secondary->point: the stack of media behind the surface */
     struct vec3 mirrored[WAVE]; /* weight of each point's mirror ray */
 };
 
 /* Whether the ray in a slot of the wave only serves the bound. */
 static inline bool is_bounding(const struct renderer *renderer, uint32_t slot)
 {
-    return renderer->paths[renderer->owner[slot]].bounding;
+    return renderer->states[renderer->owner[slot]].bounding;
 }
 
 static inline struct vec3 finished_sum(const struct renderer *renderer, const struct color_sum *sum)
@@ -118,7 +118,7 @@ void trace_wave(struct renderer *renderer);
 void trace_primary_wave(struct renderer *renderer);
 
 /*
- * Adds the samples of the first `count` paths, which are the task's next ones in order, to their pixels.
+ * Adds the first `count` of the samples in work, which are the task's next ones in order, to their pixels.
  * Stores a pixel after its last sample.
  */
 void add_samples(struct renderer *renderer, uint32_t count);

@@ -121,9 +121,9 @@ struct rough_crossings {
 };
 
 /* The same by the filter in double. */
-static SHARED struct rough_crossings crossings_in_double(const struct packet *packet,
-                                                         const struct scene *scene, uint32_t id,
-                                                         lane_set rays)
+static NOINLINE struct rough_crossings crossings_in_double(const struct packet *packet,
+                                                           const struct scene *scene, uint32_t id,
+                                                           lane_set rays)
 {
     struct packet_view view = packet_view(packet, scene, id);
     struct rough_crossings found = {.maybe = rays & view.maybe, .certain = view.certain};

@@ -81,35 +81,35 @@ bool all_is_sent(struct worker *worker)
 {
     for (int i = 0; i < SENDS; i++)
         if (!is_sent(&worker->sends[i])) return false;
-    return is_sent(&worker->pong) && is_sent(&worker->telling) && is_sent(&worker->finished);
+    return is_sent(&worker->pong) && is_sent(&worker->notice_send) && is_sent(&worker->early_send);
 }
 
 /* Sends the next `bytes` finished bytes of a result that is still being filled. */
 static void send_finished(struct worker *worker, size_t bytes)
 {
-    if (worker->told_room < bytes) {
-        worker->told_bytes = reallocate(worker->told_bytes, bytes, 1);
-        worker->told_room = bytes;
+    if (worker->early_room < bytes) {
+        worker->early_result = reallocate(worker->early_result, bytes, 1);
+        worker->early_room = bytes;
     }
-    memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
-    send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, worker->told_bytes, bytes,
-                   &worker->finished);
+    memcpy(worker->early_result, worker->result + worker->sent, bytes);
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, worker->early_result, bytes,
+                   &worker->early_send);
     worker->sent += bytes;
     worker->stats.bytes += bytes;
 }
 
-void tell(struct worker *worker, double now)
+void report_unfinished(struct worker *worker, double now)
 {
-    if (!is_sent(&worker->finished) || !is_sent(&worker->telling)) return;
+    if (!is_sent(&worker->early_send) || !is_sent(&worker->notice_send)) return;
     if (worker->done > worker->sent) send_finished(worker, worker->done - worker->sent);
     worker->notice = (struct result_header){.tile_id = worker->current.tiles[worker->rendering].id,
                                             .pixels = RESULT_UNFINISHED,
                                             .start_s = worker->time.begun - worker->start,
                                             .busy_s = now - worker->time.begun};
     send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, &worker->notice, sizeof worker->notice,
-                   &worker->telling);
+                   &worker->notice_send);
     bell_ring(worker->bell);
     worker->stats.bytes += sizeof worker->notice;
-    worker->told = true;
-    worker->tell_at = now + worker->notice.busy_s;
+    worker->reported = true;
+    worker->report_at = now + worker->notice.busy_s;
 }

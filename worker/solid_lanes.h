@@ -99,7 +99,7 @@ static INLINED struct cone_lanes cone_in_lanes(const struct scene *scene, uint32
 }
 
 /* Whether it is a solid of these kinds, visible from both sides, whose spans may be used. */
-static inline bool is_told_solid(const struct scene *scene, uint32_t id)
+static inline bool has_usable_spans(const struct scene *scene, uint32_t id)
 {
     if (primitive_kind(id) == PRIMITIVE_CONE) return scene_cones(scene)[primitive_index(id)].capped;
     return !scene_spheres(scene)[primitive_index(id)].inside_only;
@@ -109,10 +109,10 @@ static inline bool is_told_solid(const struct scene *scene, uint32_t id)
  * The same for a ray that meets it at `from` or later: close to its start it may have passed a surface that
  * lies in the one it starts on.
  */
-static inline bool is_told_ahead(const struct scene *scene, uint32_t id, const struct ray *ray,
-                                 double from)
+static inline bool has_usable_spans_ahead(const struct scene *scene, uint32_t id,
+                                          const struct ray *ray, double from)
 {
-    return from > start_reach(ray) && is_told_solid(scene, id);
+    return from > start_reach(ray) && has_usable_spans(scene, id);
 }
 
 static inline bool has_spans(uint32_t id)

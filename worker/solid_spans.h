@@ -22,13 +22,13 @@ struct OF(cone) {
 
 /*
  * What is known of the line's passage through the solid. If it is not missed, the line is in the solid only
- * between enter_low and leave_high. If `told`, the line certainly enters between enter_low and enter_high and
+ * between enter_low and leave_high. If `decided`, the line certainly enters between enter_low and enter_high and
  * leaves between leave_low and leave_high; these intervals include the rounding of the distances.
  */
 struct OF(spans) {
-    lane_set missed, told;
-    lane_set enter_side, leave_side; /* if `told`: through a cone's side, or a sphere */
-    lane_set enter_cap, leave_cap;   /* if `told`: through a cap; `rising` tells which */
+    lane_set missed, decided;
+    lane_set enter_side, leave_side; /* if `decided`: through a cone's side, or a sphere */
+    lane_set enter_cap, leave_cap;   /* if `decided`: through a cap; `rising` tells which */
     lane_set rising;                 /* the ray goes from the base towards the apex */
     NUMBER enter_low, enter_high, leave_low, leave_high;
 };
@@ -90,11 +90,11 @@ static INLINED struct OF(spans)
     slack = OP(fma)(error, per_speed, slack);
     NUMBER whole = OP(mul)(OP(add)(outer, error), per_speed);
 
-    spans.told = ordinary & OP(less)(OP(times)(4, square_error), square);
+    spans.decided = ordinary & OP(less)(OP(times)(4, square_error), square);
     spans.enter_side = spans.leave_side = ALL;
     spans.enter_high = OP(add)(OP(sub)(t0, half), slack);
     spans.leave_low = OP(sub)(OP(add)(t0, half), slack);
-    NUMBER most = OP(choose)(spans.told, OP(add)(half, slack), whole);
+    NUMBER most = OP(choose)(spans.decided, OP(add)(half, slack), whole);
     spans.enter_low = OP(choose)(ordinary, OP(sub)(t0, most), OP(of)(-INFINITE));
     spans.leave_high = OP(choose)(ordinary, OP(add)(t0, most), OP(of)(INFINITE));
     return spans;
@@ -117,9 +117,9 @@ static INLINED struct OF(spans)
  */
 #define CONE_SPAN_ERROR (64 * UNIT_ROUNDOFF)
 
-/* An interval of x with an error of its ends, if `told`; an unbounded one is infinite. */
-struct OF(part) {
-    lane_set told;
+/* An interval of x with an error of its ends, if `decided`; an unbounded one is infinite. */
+struct OF(interval) {
+    lane_set decided;
     NUMBER low, high, error;
 };
 
@@ -147,10 +147,10 @@ static INLINED struct OF(cone_line)
 }
 
 /*
- * The part between the caps: g.w and W err by 16 u L |w|, d.w by 6 u |d| |w|. Undecided for a ray orthogonal
+ * The interval between the caps: g.w and W err by 16 u L |w|, d.w by 6 u |d| |w|. Undecided for a ray orthogonal
  * to the axis up to rounding.
  */
-static INLINED struct OF(part)
+static INLINED struct OF(interval)
     OF(slab_span)(const struct OF(cone_line) * line, const struct OF(ray) * ray)
 {
     NUMBER width = OP3(sum_of_sizes)(line->w), inverse = OP(div)(OP(of)(1), line->d_w);
@@ -160,18 +160,18 @@ static INLINED struct OF(part)
     NUMBER error = OP(mul)(OP(fma)(most, ray->speed, line->reach), width);
     error = OP(times)(32 * UNIT_ROUNDOFF, OP(mul)(error, OP(abs)(inverse)));
     NUMBER least = OP(times)(0x1p14 * UNIT_ROUNDOFF, OP(mul)(ray->speed, width));
-    return (struct OF(part)){OP(less)(least, OP(abs)(line->d_w)), OP(smaller)(to_base, to_apex),
-                             OP(larger)(to_base, to_apex), error};
+    return (struct OF(interval)){OP(less)(least, OP(abs)(line->d_w)), OP(smaller)(to_base, to_apex),
+                                 OP(larger)(to_base, to_apex), error};
 }
 
 /*
- * The part inside the side, if A is certainly positive. The line then meets only one nappe, and if that is
+ * The interval inside the side, if A is certainly positive. The line then meets only one nappe, and if that is
  * the wrong one, the planes of the caps leave nothing of it. The root of the discriminant D errs by its error
  * over its root, if D is more than 4 times that error; a quotient N / A by (error of N + |N| error of A / A)
  * / A, except for terms of second order. *missed: there are no roots; if so for all pairs, nothing else is
  * set.
  */
-static INLINED struct OF(part)
+static INLINED struct OF(interval)
     OF(side_span)(const struct OF(cone) * cone, const struct OF(cone_line) * line,
                   const struct OF(ray) * ray, lane_set *missed)
 {
@@ -198,14 +198,14 @@ static INLINED struct OF(part)
 
     lane_set narrow = OP(less)(OP(times)(0x1p6, A_error), A);
     *missed &= narrow & OP(less)(D, OP(negate)(D_error));
-    if (*missed == ALL) return (struct OF(part)){.told = 0};
+    if (*missed == ALL) return (struct OF(interval)){.decided = 0};
     NUMBER root = OP(sqrt)(D), inverse_A = OP(div)(OP(of)(1), A);
     NUMBER slack = OP(add)(B_error, OP(div)(D_error, root));
     NUMBER most = OP(mul)(OP(add)(OP(abs)(B), root), OP(mul)(A_error, inverse_A));
     slack = OP(mul)(OP(add)(slack, OP(times)(2, most)), OP(times)(2, inverse_A));
-    return (struct OF(part)){narrow & OP(less)(OP(times)(4, D_error), D),
-                             OP(mul)(OP(sub)(B, root), inverse_A),
-                             OP(mul)(OP(add)(B, root), inverse_A), slack};
+    return (struct OF(interval)){narrow & OP(less)(OP(times)(4, D_error), D),
+                                 OP(mul)(OP(sub)(B, root), inverse_A),
+                                 OP(mul)(OP(add)(B, root), inverse_A), slack};
 }
 
 /*
@@ -220,15 +220,15 @@ static INLINED struct OF(spans)
     lane_set ordinary = OF(are_ordinary)(OP(larger)(line.reach, ray->speed),
                                          OP(smaller)(OP3(sum_of_sizes)(line.w), ray->speed));
     struct OF(spans) spans = {.missed = ordinary};
-    struct OF(part) side = OF(side_span)(cone, &line, ray, &spans.missed);
+    struct OF(interval) side = OF(side_span)(cone, &line, ray, &spans.missed);
     if (spans.missed == ALL) return spans;
-    struct OF(part) slab = OF(slab_span)(&line, ray);
-    slab.told &= ordinary;
-    side.told &= ordinary;
-    NUMBER slab_low = OP(choose)(slab.told, OP(sub)(slab.low, slab.error), none);
-    NUMBER slab_high = OP(choose)(slab.told, OP(add)(slab.high, slab.error), all);
-    NUMBER side_low = OP(choose)(side.told, OP(sub)(side.low, side.error), none);
-    NUMBER side_high = OP(choose)(side.told, OP(add)(side.high, side.error), all);
+    struct OF(interval) slab = OF(slab_span)(&line, ray);
+    slab.decided &= ordinary;
+    side.decided &= ordinary;
+    NUMBER slab_low = OP(choose)(slab.decided, OP(sub)(slab.low, slab.error), none);
+    NUMBER slab_high = OP(choose)(slab.decided, OP(add)(slab.high, slab.error), all);
+    NUMBER side_low = OP(choose)(side.decided, OP(sub)(side.low, side.error), none);
+    NUMBER side_high = OP(choose)(side.decided, OP(add)(side.high, side.error), all);
     spans.enter_low = OP(add)(line.t0, OP(larger)(slab_low, side_low));
     spans.leave_high = OP(add)(line.t0, OP(smaller)(slab_high, side_high));
     NUMBER entered = OP(larger)(OP(add)(slab.low, slab.error), OP(add)(side.low, side.error));
@@ -241,19 +241,19 @@ static INLINED struct OF(spans)
     spans.leave_cap = OP(less)(OP(add)(slab.high, slab.error), OP(sub)(side.high, side.error));
     spans.rising = OP(less)(OP(of)(0), line.d_w);
     spans.missed = ordinary & (spans.missed | OP(less)(spans.leave_high, spans.enter_low));
-    spans.told = side.told & slab.told & OP(less)(spans.enter_high, spans.leave_low);
+    spans.decided = side.decided & slab.decided & OP(less)(spans.enter_high, spans.leave_low);
     return spans;
 }
 
 /*
- * The interval in which the line crosses a plane, if told. f = point - o errs by u of itself, n.f by 4.1 u
+ * The interval in which the line crosses a plane, if decided. f = point - o errs by u of itself, n.f by 4.1 u
  * |f| and n.d by 3 u |d|, as n is unit. If n.d is more than 2^14 u |d|, their quotient t errs by less than 8
  * u (|f| + |t d|) / n.d, its own rounding included. Sums of absolute values are bounds on the lengths.
  */
 #define PLANE_SPAN_ERROR (16 * UNIT_ROUNDOFF)
 
 struct OF(plane_span) {
-    lane_set told;
+    lane_set decided;
     NUMBER from, to;
 };
 
@@ -264,17 +264,17 @@ static INLINED struct OF(plane_span)
     NUMBER speed = OP(fma_dot)(ray->d, normal), t = OP(div)(OP(fma_dot)(f, normal), speed);
     NUMBER way = OP3(sum_of_sizes)(f), size = OP(fma)(OP(abs)(t), ray->speed, way);
     NUMBER error = OP(div)(OP(times)(PLANE_SPAN_ERROR, size), OP(abs)(speed));
-    lane_set told = OF(are_ordinary)(OP(larger)(way, ray->speed), OP(smaller)(way, ray->speed)) &
-                    OP(less)(OP(times)(0x1p14 * UNIT_ROUNDOFF, ray->speed), OP(abs)(speed));
-    return (struct OF(plane_span)){told, OP(sub)(t, error), OP(add)(t, error)};
+    lane_set decided = OF(are_ordinary)(OP(larger)(way, ray->speed), OP(smaller)(way, ray->speed)) &
+                       OP(less)(OP(times)(0x1p14 * UNIT_ROUNDOFF, ray->speed), OP(abs)(speed));
+    return (struct OF(plane_span)){decided, OP(sub)(t, error), OP(add)(t, error)};
 }
 
 /* ---- the crossings that count ---- */
 
-/* The first crossing of the solid ahead of the ray's origin, if `told`. */
+/* The first crossing of the solid ahead of the ray's origin, if `decided`. */
 struct OF(first_crossing) {
-    lane_set told;
-    /* If `told`: certainly on this part (on_side also for a sphere). */
+    lane_set decided;
+    /* If `decided`: certainly on this part (on_side also for a sphere). */
     lane_set on_side, on_base, on_apex;
     NUMBER from, to;
 };
@@ -299,7 +299,7 @@ static INLINED struct OF(first_crossing) OF(first_crossing)(const struct OF(span
     lane_set inside = OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low);
     lane_set enter_cap = outside & spans->enter_cap, leave_cap = inside & spans->leave_cap;
     return (struct OF(first_crossing)){
-        spans->told & (outside | inside),
+        spans->decided & (outside | inside),
         (outside & spans->enter_side) | (inside & spans->leave_side),
         (enter_cap & spans->rising) | (leave_cap & ~spans->rising),
         (enter_cap & ~spans->rising) | (leave_cap & spans->rising),
@@ -321,8 +321,9 @@ static INLINED struct OF(crossing_sets)
     lane_set inside = OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low);
     lane_set through = OP(less)(spans->leave_high, t_max);
     lane_set ends_inside = OP(less)(spans->enter_high, t_max) & OP(less)(t_max, spans->leave_low);
-    return (struct OF(crossing_sets)){spans->told & ((outside & ends_inside) | (inside & through)),
-                                      spans->told & outside & through};
+    return (struct OF(crossing_sets)){spans->decided &
+                                          ((outside & ends_inside) | (inside & through)),
+                                      spans->decided & outside & through};
 }
 
 /* The pairs that may meet within 0 <= t <= limit. */

@@ -53,8 +53,8 @@ static struct place cone_place(const struct cone *cone, const struct ray *ray,
 static void draw_in(struct place *place, struct vec3 b, struct vec3 c, const struct hit *hit)
 {
     struct vec3 p = vec_sub(b, place->anchor), q = vec_sub(c, place->anchor);
-    double share = drawn_in(vec_cross(p, q), vec_largest(p) + vec_largest(q),
-                            vec_largest(place_rounded(place)));
+    double share = inward_share(vec_cross(p, q), vec_largest(p) + vec_largest(q),
+                                vec_largest(place_rounded(place)));
     if (least_weight(hit->u, hit->v) >= share / 3) return;
     struct vec3 middle = vec_scale(vec_add(p, q), 1.0 / 3);
     struct vec3 way = vec_sub(middle, dd3_round(place->offset));
@@ -165,13 +165,13 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
                           struct surface *surface)
 {
     struct place place = place_of(scene, ray, hit, &surface->geometric);
-    surface->point = stand_off(&place, surface->geometric, ray->direction);
+    surface->point = offset_from_surface(&place, surface->geometric, ray->direction);
 }
 
 /*
  * Constants for places where surfaces of several primitives meet, see worker/corner.h. A point closer to
  * another surface than CORNER_OFF of its largest coordinate is moved away from it, along its own surface.
- * This distance is more than the rounding of both points and what stand_off() adds. Since coordinates are
+ * This distance is more than the rounding of both points and what offset_from_surface() adds. Since coordinates are
  * small near the origin, SHARE_OF_WAY of the distance that the ray has come counts as a coordinate, too.
  * Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are treated like surfaces that
  * touch. If the directions away from two surfaces are opposite to within 5 degrees, their sum has a component
@@ -251,8 +251,9 @@ static bool is_in_bounds(const struct scene *scene, uint32_t id, struct vec3 poi
     return true;
 }
 
-struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
-                             const struct hit *hit, const struct hit *others, uint32_t count)
+struct vec3 surface_away_from_others(const struct scene *scene, const struct ray *ray,
+                                     const struct hit *hit, const struct hit *others,
+                                     uint32_t count)
 {
     struct inward inward[CORNER_OTHERS + 1];
     struct vec3 normal;
@@ -270,14 +271,14 @@ struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
     struct vec3 step = vec_scale(sum, step_between(inward, met, sum));
     struct place moved = {place.anchor, dd3_add(place.offset, dd3_of(step))};
     if (is_in_bounds(scene, hit->primitive, place_rounded(&moved))) place = moved;
-    return stand_off(&place, normal, ray->direction);
+    return offset_from_surface(&place, normal, ray->direction);
 }
 
 struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, const struct hit *hit)
 {
     struct vec3 normal;
     struct place place = place_of(scene, ray, hit, &normal);
-    return stand_off(&place, normal, vec_neg(ray->direction));
+    return offset_from_surface(&place, normal, vec_neg(ray->direction));
 }
 
 FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,

@@ -14,15 +14,15 @@
 
 /* ---- further rays ---- */
 
-/* The pending rays of a path; made empty at the first use. */
-static struct further *further_of(struct renderer *renderer, uint32_t p)
+/* The pending rays of a sample; made empty at the first use. */
+static struct pending_rays *pending_of(struct renderer *renderer, uint32_t p)
 {
-    struct further *further = &renderer->further[p];
-    if (renderer->paths[p].branched) return further;
-    renderer->paths[p].branched = true;
-    tree_clear(&further->tree);
-    omission_clear(&further->omission);
-    return further;
+    struct pending_rays *pending = &renderer->pending[p];
+    if (renderer->states[p].branched) return pending;
+    renderer->states[p].branched = true;
+    tree_clear(&pending->tree);
+    omission_clear(&pending->omission);
+    return pending;
 }
 
 /* Whether a ray has hit, right at its start, a surface in the plane of the one that it starts on. */
@@ -65,18 +65,18 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     struct vec3 weight = vec_mul(parent->weight, share);
     if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
-    bool beyond = renderer->paths[p].bounding || depth > renderer->scene->view.max_depth;
-    double bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
-    struct further *further = further_of(renderer, p);
+    bool beyond = renderer->states[p].bounding || depth > renderer->scene->view.max_depth;
+    double bound = radiance_coarse(&renderer->radiance, weight, depth, !beyond);
+    struct pending_rays *pending = pending_of(renderer, p);
     struct branch *child = beyond
-                               ? omission_add(&further->omission, &renderer->radiance, bound, depth)
-                               : tree_add(&further->tree, bound, depth);
+                               ? omission_add(&pending->omission, &renderer->radiance, bound, depth)
+                               : tree_add(&pending->tree, bound, depth);
     struct ray *ray = &child->ray;
     start_at(renderer, point, kind == RAY_REFLECTION, ray);
     ray->direction = direction;
     ray->t_max = HUGE_VAL;
     child->weight = weight;
-    child->rough = true;
+    child->coarse = true;
     child->media = media;
     child->kind = kind;
 }
@@ -95,26 +95,26 @@ static struct crossing_media cross_surface(struct renderer *renderer, uint32_t p
 static void spawn_refracted(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
-    struct onward *onward = &renderer->onward;
-    onward->count = 0;
+    struct secondary_rays *secondary = &renderer->secondary;
+    secondary->count = 0;
     for (uint32_t i = 0; i < points->count; i++) {
         if (!(points->material[i]->transmission > 0)) continue;
         struct crossing_media crossing = cross_surface(renderer, i);
         if (crossing.unmatched && !is_bounding(renderer, points->slot[i]))
             renderer->counts.unmatched_media++;
-        uint32_t k = onward->count++;
-        onward->point[k] = i;
-        onward->from[k] = crossing.from;
-        onward->to[k] = crossing.to;
+        uint32_t k = secondary->count++;
+        secondary->point[k] = i;
+        secondary->from[k] = crossing.from;
+        secondary->to[k] = crossing.to;
         renderer->behind[k] = crossing.stack;
     }
-    points_refract(points, onward);
-    for (uint32_t k = 0; k < onward->count; k++) {
-        uint32_t i = onward->point[k];
+    points_refract(points, secondary);
+    for (uint32_t k = 0; k < secondary->count; k++) {
+        uint32_t i = secondary->point[k];
         const struct material *material = points->material[i];
         struct vec3 passed = vec_scale(material->color, material->transmission);
-        if (onward->passes[k] != 0)
-            spawn(renderer, i, lane(&onward->direction, k), passed, RAY_REFRACTION,
+        if (secondary->passes[k] != 0)
+            spawn(renderer, i, lane(&secondary->direction, k), passed, RAY_REFRACTION,
                   renderer->behind[k]);
         else
             renderer->mirrored[i] = vec_add(renderer->mirrored[i], passed);
@@ -123,14 +123,14 @@ static void spawn_refracted(struct renderer *renderer)
 
 static void spawn_mirrored(struct renderer *renderer)
 {
-    struct onward *onward = &renderer->onward;
-    onward->count = 0;
+    struct secondary_rays *secondary = &renderer->secondary;
+    secondary->count = 0;
     for (uint32_t i = 0; i < renderer->points.count; i++)
-        if (vec_max(renderer->mirrored[i]) > 0) onward->point[onward->count++] = i;
-    points_reflect(&renderer->points, onward);
-    for (uint32_t k = 0; k < onward->count; k++) {
-        uint32_t i = onward->point[k];
-        spawn(renderer, i, lane(&onward->direction, k), renderer->mirrored[i], RAY_REFLECTION,
+        if (vec_max(renderer->mirrored[i]) > 0) secondary->point[secondary->count++] = i;
+    points_reflect(&renderer->points, secondary);
+    for (uint32_t k = 0; k < secondary->count; k++) {
+        uint32_t i = secondary->point[k];
+        spawn(renderer, i, lane(&secondary->direction, k), renderer->mirrored[i], RAY_REFLECTION,
               renderer->branches[renderer->points.slot[i]].media);
     }
 }
@@ -156,7 +156,7 @@ static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct v
 {
     uint32_t p = primary_only ? slot : renderer->owner[slot];
     if (!primary_only) color = vec_mul(color, renderer->branches[slot].weight);
-    color_sum_add(&renderer->paths[p].color, color);
+    color_sum_add(&renderer->states[p].color, color);
 }
 
 /* The counterpart of add_color() for rays that only serve the bound. */
@@ -167,7 +167,7 @@ static void add_found(struct renderer *renderer)
         uint32_t slot = points->slot[i];
         if (!is_bounding(renderer, slot)) continue;
         struct shading_point at = points_get(points, i);
-        omission_found_point(&renderer->further[renderer->owner[slot]].omission,
+        omission_found_point(&renderer->pending[renderer->owner[slot]].omission,
                              &renderer->radiance, renderer->branches[slot].weight, &at);
     }
 }
@@ -179,13 +179,13 @@ static void gather_reached(struct renderer *renderer)
     bool shadows = renderer->scene->view.shadows;
     struct lit *lit = &renderer->lit;
     lit->count = 0;
-    for (uint32_t i = 0; i < renderer->facing_count; i++) {
+    for (uint32_t i = 0; i < renderer->shadow_count; i++) {
         struct vec3 through = shadows ? renderer->transmittance[i] : vec3(1, 1, 1);
         if (vec_is_zero(through)) continue;
-        lit->point[lit->count] = renderer->facing[i].point;
+        lit->point[lit->count] = renderer->shadow_tests[i].point;
         set_lane(&lit->to_light, lit->count, renderer->shadow_rays[i].direction);
         set_lane(&lit->strength, lit->count,
-                 vec_mul(lights[renderer->facing[i].light].color, through));
+                 vec_mul(lights[renderer->shadow_tests[i].light].color, through));
         lit->count++;
     }
 }
@@ -194,7 +194,7 @@ static void gather_reached(struct renderer *renderer)
 static INLINED void flush_lit(struct renderer *renderer, bool primary_only)
 {
     struct lit *lit = &renderer->lit;
-    uint32_t count = renderer->facing_count;
+    uint32_t count = renderer->shadow_count;
     if (count > 0 && renderer->scene->view.shadows) {
         double start = clock_wall();
         occluded(renderer->scene, renderer->bvh, renderer->shadow_rays, count,
@@ -207,15 +207,15 @@ static INLINED void flush_lit(struct renderer *renderer, bool primary_only)
     for (uint32_t i = 0; i < lit->count; i++)
         add_color(renderer, renderer->points.slot[lit->point[i]], lane(&lit->color, i),
                   primary_only);
-    renderer->facing_count = 0;
+    renderer->shadow_count = 0;
 }
 
-static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light,
-                               uint32_t counts, bool primary_only)
+static INLINED void add_shadow_test(struct renderer *renderer, uint32_t point, uint32_t light,
+                                    uint32_t counts, bool primary_only)
 {
-    uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
-    renderer->paths[primary_only ? slot : renderer->owner[slot]].traced += counts;
-    renderer->facing[i] = (struct facing){point, light};
+    uint32_t slot = renderer->points.slot[point], i = renderer->shadow_count++;
+    renderer->states[primary_only ? slot : renderer->owner[slot]].cost_rays += counts;
+    renderer->shadow_tests[i] = (struct shadow_test){point, light};
     /* Field by field: a whole ray would be copied from memory that has just been written. */
     struct ray *ray = &renderer->shadow_rays[i];
     if (primary_only) {
@@ -249,13 +249,13 @@ static INLINED void light_points(struct renderer *renderer, bool primary_only)
     if (points->count == 0 || renderer->scene->lights.count == 0) return;
     points_order(points, renderer->dense && renderer->scene->view.shadows, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
-        if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, primary_only);
+        if (renderer->shadow_count + points->count > WAVE) flush_lit(renderer, primary_only);
         /* A pixel's cost determines its samples, so rays to lights that could be left out are not counted. */
         uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t n = 0; n < points->count; n++)
             if (renderer->faced.faces[order[n]] != 0 && is_shown(renderer, order[n], primary_only))
-                add_facing(renderer, order[n], k, counts, primary_only);
+                add_shadow_test(renderer, order[n], k, counts, primary_only);
     }
     flush_lit(renderer, primary_only);
 }
@@ -271,28 +271,30 @@ static INLINED bool is_good(struct vec3 sum)
 
 /* Records the first ray that makes its sample bad. A miss from an origin that is not finite is not taken for
  * background. */
-static void tell_bad(struct renderer *renderer, struct path *path, const struct ray *ray,
-                     uint32_t depth)
+static void record_bad(struct renderer *renderer, struct sample_state *state, const struct ray *ray,
+                       uint32_t depth)
 {
-    path->bad = true;
-    struct bad_sample bad = {
-        .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
-    tile_pixel(renderer->progress.task.tile, path->pixel, &bad.x, &bad.y);
+    state->bad = true;
+    struct bad_sample bad = {.sample = state->sample,
+                             .depth = depth,
+                             .origin = ray->origin,
+                             .direction = ray->direction};
+    tile_pixel(renderer->progress.task.tile, state->pixel, &bad.x, &bad.y);
     bad.x += renderer->scene->view.region_x;
     bad.y += renderer->scene->view.region_y;
     render_counts_bad(&renderer->counts, &bad);
 }
 
 /* Checks every sample after one of its rays. Rays from the eye have a finite origin. */
-static INLINED void check_paths(struct renderer *renderer, bool primary_only)
+static INLINED void check_samples(struct renderer *renderer, bool primary_only)
 {
     for (uint32_t i = 0; i < renderer->count; i++) {
-        struct path *path = &renderer->paths[primary_only ? i : renderer->owner[i]];
+        struct sample_state *state = &renderer->states[primary_only ? i : renderer->owner[i]];
         const struct ray *ray = &renderer->rays[i];
-        if (!primary_only && path->bounding) continue;
-        if (is_good(path->color.plain) && (primary_only || vec_is_finite(ray->origin))) continue;
-        if (!path->bad)
-            tell_bad(renderer, path, ray, primary_only ? 0 : renderer->branches[i].depth);
+        if (!primary_only && state->bounding) continue;
+        if (is_good(state->color.plain) && (primary_only || vec_is_finite(ray->origin))) continue;
+        if (!state->bad)
+            record_bad(renderer, state, ray, primary_only ? 0 : renderer->branches[i].depth);
     }
 }
 
@@ -300,7 +302,7 @@ static INLINED void add_background(struct renderer *renderer, uint32_t slot, boo
 {
     struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
     if (!primary_only && is_bounding(renderer, slot)) {
-        omission_found(&renderer->further[renderer->owner[slot]].omission,
+        omission_found(&renderer->pending[renderer->owner[slot]].omission,
                        renderer->branches[slot].weight, color);
         return;
     }
@@ -334,7 +336,7 @@ static INLINED void trace_rays(struct renderer *renderer, bool primary_only)
     add_unlit(renderer, primary_only);
     light_points(renderer, primary_only);
     if (!primary_only && renderer->bounding > 0) add_found(renderer);
-    check_paths(renderer, primary_only);
+    check_samples(renderer, primary_only);
     if (!primary_only) spawn_children(renderer);
 }
 

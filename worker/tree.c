@@ -180,7 +180,7 @@ void tree_rate(struct tree *tree, struct branch *pending, double bound)
 {
     assert(bound >= 0);
     pending->bound = tree->bounds[pending - tree->pending] = bound;
-    pending->rough = false;
+    pending->coarse = false;
     forget(tree, (size_t)(pending - tree->pending));
 }
 

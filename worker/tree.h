@@ -18,8 +18,8 @@ struct branch {
     uint32_t depth;     /* number of reflections and refractions before it */
     uint32_t media;     /* its stack of media: worker/medium.h */
     enum ray_kind kind;
-    /* The bound is from radiance_roughly(); radiance_of() may lower it: worker/radiance.h. */
-    bool rough;
+    /* The bound is from radiance_coarse(); radiance_of() may lower it: worker/radiance.h. */
+    bool coarse;
 };
 
 /* What determines the order of branches besides their bounds. */
@@ -87,7 +87,7 @@ void tree_take(struct tree *tree, struct tree *from);
  */
 struct branch *tree_next(struct tree *tree, double cutoff);
 
-/* Gives a pending ray another bound, which is then no longer rough. */
+/* Gives a pending ray another bound, which is then no longer coarse. */
 void tree_rate(struct tree *tree, struct branch *pending, double bound);
 
 /* Removes the ray that tree_next() returned, and copies it to *branch. */

@@ -126,8 +126,9 @@ static struct dd weighted(const struct corners *corners, const struct dd edges[3
     return sum;
 }
 
-FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
-                                            const struct shear *shear, struct dd *distance)
+FLATTENED struct crossings triangle_crossings_exact(const struct vec3 corners[3],
+                                                    const struct ray *ray,
+                                                    const struct shear *shear, struct dd *distance)
 {
     struct corners it = ordered_corners(corners, ray);
     struct dd edges[3];
@@ -157,7 +158,7 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     double size = vec_largest(vec_sub(*a, ray->origin));
     size = fmax(size, vec_largest(vec_sub(*b, ray->origin)));
     size = fmax(size, vec_largest(vec_sub(*c, ray->origin)));
-    if (!(size > 0 && size <= DBL_MAX)) return careful_crossings(a, b, c, ray, shear);
+    if (!(size > 0 && size <= DBL_MAX)) return exact_crossings(a, b, c, ray, shear);
     /* Scaled to a size of 0.5 to 1, so that this function is not called again. */
     int exponent;
     (void)frexp(size, &exponent);
@@ -167,7 +168,7 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     struct purpose here = *purpose;
     near.origin = vec_scale_exactly(ray->origin, -exponent);
     /* The triangle is so much smaller than its coordinates that they overflow when scaled. */
-    if (!vec_is_finite(near.origin)) return careful_crossings(a, b, c, ray, shear);
+    if (!vec_is_finite(near.origin)) return exact_crossings(a, b, c, ray, shear);
     here.farthest = ldexp(purpose->farthest, -exponent);
     struct crossings found = triangle_crossings(&at[0], &at[1], &at[2], &near, shear, &here, exact);
     found.t[0] = ldexp(found.t[0], exponent);

@@ -109,8 +109,8 @@ static inline bool corners_are_near(const struct sheared *p, const struct sheare
 }
 
 /* Whether the crossing z = way is accurate enough if the slope is small. */
-static inline bool way_is_told(const struct sheared *p, const struct sheared *q,
-                               const struct sheared *r, double way, const struct vec3 *origin)
+static inline bool way_is_accurate(const struct sheared *p, const struct sheared *q,
+                                   const struct sheared *r, double way, const struct vec3 *origin)
 {
     if (corners_are_near(p, q, r, fabs(way))) return true;
     return corners_are_near(p, q, r, fabs(way) + vec_largest(*origin)) &&
@@ -174,15 +174,15 @@ bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b, const s
                              const struct ray *ray, double *t);
 
 /* triangle_crossings() with exact decisions. *distance receives t before it is rounded (may be NULL). */
-struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
-                                  const struct shear *shear, struct dd *distance);
+struct crossings triangle_crossings_exact(const struct vec3 corners[3], const struct ray *ray,
+                                          const struct shear *shear, struct dd *distance);
 
-static inline struct crossings careful_crossings(const struct vec3 *a, const struct vec3 *b,
-                                                 const struct vec3 *c, const struct ray *ray,
-                                                 const struct shear *shear)
+static inline struct crossings exact_crossings(const struct vec3 *a, const struct vec3 *b,
+                                               const struct vec3 *c, const struct ray *ray,
+                                               const struct shear *shear)
 {
     const struct vec3 corners[3] = {*a, *b, *c};
-    return triangle_careful(corners, ray, shear, NULL);
+    return triangle_crossings_exact(corners, ray, shear, NULL);
 }
 
 /* Whether products of three coordinates are within the range of double, and those that matter do not
@@ -224,7 +224,7 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     if (low < -error && high > error) return NO_CROSSINGS;
     if (!(low > error || high < -error)) {
         ++*exact;
-        return careful_crossings(a, b, c, ray, shear);
+        return exact_crossings(a, b, c, ray, shear);
     }
     e0 = edge_value(&q, &r);
     e1 = edge_value(&r, &p);
@@ -236,13 +236,14 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     found.u = e1 / sum;
     found.v = e2 / sum;
     double slope = triangle_slope(&p, &q, &r, sum), t = found.t[0];
-    if (slope <= SLOPE_MAX && way_is_told(&p, &q, &r, t * shear->dz, &ray->origin)) return found;
+    if (slope <= SLOPE_MAX && way_is_accurate(&p, &q, &r, t * shear->dz, &ray->origin))
+        return found;
     double doubt = uncorrected_error(&p, &q, &r, shear, slope);
     if (t < -doubt || t - doubt > purpose->farthest) return found;
     if (purpose->any && t > doubt && t + doubt < purpose->farthest) return found;
     if (triangle_correct(a, b, c, ray, &found.t[0])) return found;
     if (triangle_plane_distance(a, b, c, ray, &found.t[0])) return found;
-    return careful_crossings(a, b, c, ray, shear);
+    return exact_crossings(a, b, c, ray, shear);
 }
 
 /*

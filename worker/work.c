@@ -18,17 +18,17 @@
  * apart. Polling MPI after every wave took a hundredth of a renderer's instructions without a tray. A tile
  * that another renderer has finished is rendered in vain for at most about this long.
  */
-#define LOOK_EVERY 50e-6
+#define POLL_INTERVAL 50e-6
 
 /* Called between waves: lets MPI make progress, and tells whether to give up the tile. */
-static bool hear_whether_to_give_up(void *context)
+static bool poll_whether_to_give_up(void *context)
 {
     struct worker *worker = context;
     double now = clock_wall();
-    if (now >= worker->looked + LOOK_EVERY) {
-        worker->looked = now;
-        hear_all(worker);
-        if (now >= worker->tell_at) tell(worker, now);
+    if (now >= worker->polled + POLL_INTERVAL) {
+        worker->polled = now;
+        receive_all(worker);
+        if (now >= worker->report_at) report_unfinished(worker, now);
     }
     return worker->stopped || worker->given_up;
 }
@@ -106,8 +106,9 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
 static void call_for_more(struct worker *worker, uint32_t i)
 {
     struct lot *lot = &worker->current;
-    if (!lot->calls || worker->waiting > 0 || lot->has_called || i < lot->count / 2) return;
-    lot->has_called = true;
+    if (!lot->wakes_master || worker->waiting > 0 || lot->has_woken_master || i < lot->count / 2)
+        return;
+    lot->has_woken_master = true;
     bell_ring(worker->bell);
 }
 
@@ -122,9 +123,9 @@ static bool is_full(const struct worker *worker, size_t whole, const struct tile
 static void begin_tile(struct worker *worker, uint32_t i)
 {
     worker->rendering = i;
-    worker->given_up = worker->told = false;
+    worker->given_up = worker->reported = false;
     double begun = cpu_time_begin(&worker->time);
-    worker->tell_at = begun + (double)worker->current.tells[i];
+    worker->report_at = begun + (double)worker->current.report_s[i];
 }
 
 /*
@@ -144,7 +145,7 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
     bool stopped;
     do {
         worker->rendering = i;
-        hear_all(worker);
+        receive_all(worker);
         if ((stopped = worker->stopped)) break;
         call_for_more(worker, i);
         begin_tile(worker, i);
@@ -156,7 +157,7 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
             lot->dropped[i] ? put_dropped(tile, part) : render_part(worker, tile, refined, part);
         stopped = bytes == 0;
         worker->done += bytes;
-    } while (!stopped && ++i < lot->count && !worker->told &&
+    } while (!stopped && ++i < lot->count && !worker->reported &&
              clock_wall() < begin + lot->answer_s && !is_full(worker, whole, &lot->tiles[i]));
     send_result(worker);
     return stopped ? 0 : i;
@@ -193,8 +194,8 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .adaptive = view->max_samples > view->min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
-                              .telling = MPI_REQUEST_NULL,
-                              .finished = MPI_REQUEST_NULL};
+                              .notice_send = MPI_REQUEST_NULL,
+                              .early_send = MPI_REQUEST_NULL};
     for (int i = 0; i < SENDS; i++)
         worker->sends[i] = MPI_REQUEST_NULL;
     worker->stats.rank = (uint32_t)rank;
@@ -217,8 +218,8 @@ static void end_worker(struct worker *worker)
         wait_request(&worker->sends[i]);
     worker->stats.send_s += clock_wall() - start;
     wait_request(&worker->pong);
-    wait_request(&worker->finished);
-    wait_request(&worker->telling);
+    wait_request(&worker->early_send);
+    wait_request(&worker->notice_send);
     worker->stats.cpu_s = clock_thread_cpu() - worker->cpu;
     MPI_Request request;
     send_to_master(worker, TAG_RENDERER_TO_MASTER_STATS, &worker->stats, sizeof worker->stats,
@@ -229,7 +230,7 @@ static void end_worker(struct worker *worker)
         free(worker->buffers[i]);
     for (int i = 0; i < worker->waiting; i++)
         free(worker->lots[i].refinements);
-    free(worker->told_bytes);
+    free(worker->early_result);
     free(worker->incoming);
 }
 
@@ -248,10 +249,10 @@ static void wait_for_message(struct worker *worker, struct nap *nap)
         nap_take(nap);
         return;
     }
-    bool moves = is_under_way(worker);
+    bool moves = may_need_poll(worker);
     bool rung = bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST);
     /* The bell may have been rung for something received while rendering. */
-    if (rung && tray_has_news(worker->tray, worker->heard)) nap_reset(nap);
+    if (rung && tray_has_news(worker->tray, worker->received)) nap_reset(nap);
     if (!rung && !moves) worker->unsettled = true;
 }
 
@@ -260,16 +261,16 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *sha
     struct worker worker;
     start_worker(&worker, comm, renderer, shared);
     struct nap nap = {0};
-    renderer_on_wave(renderer, hear_whether_to_give_up, &worker);
+    renderer_on_wave(renderer, poll_whether_to_give_up, &worker);
     while (!worker.stopped) {
-        bool heard = hear(&worker);
+        bool received = receive_next(&worker);
         if (worker.waiting > 0) {
             render_next(&worker);
             if (worker.waiting == 0) bell_ring(worker.bell);
-        } else if (!heard && !worker.stopped) {
+        } else if (!received && !worker.stopped) {
             wait_for_message(&worker, &nap);
         }
-        if (heard || worker.waiting > 0) nap_reset(&nap);
+        if (received || worker.waiting > 0) nap_reset(&nap);
     }
     renderer_on_wave(renderer, NULL, NULL);
     end_worker(&worker);

@@ -18,10 +18,10 @@
 
 struct lot {
     struct tile tiles[LOT_TILES];
-    float tells[LOT_TILES]; /* seconds in work after which a tile is reported; may be infinite */
+    float report_s[LOT_TILES]; /* seconds in work after which a tile is reported; may be infinite */
     bool dropped[LOT_TILES];
     uint32_t count;
-    bool calls, has_called; /* see call_for_more() */
+    bool wakes_master, has_woken_master; /* see call_for_more() */
     double answer_s;
     struct refinement *refinements; /* of all refined tiles, one after the other; owned */
 };
@@ -58,14 +58,14 @@ struct worker {
         struct start start;
     } * incoming;
     MPI_Request receive;
-    unsigned heard; /* number of things received from the master, in messages or in the tray */
+    unsigned received; /* number of things received from the master, in messages or in the tray */
     /* MPI may need calls to make progress with what this renderer has sent, or with something unknown. */
     bool unsettled;
     bool started;       /* START was received */
     struct lot current; /* the lot in work */
     uint32_t rendering; /* index of the tile in work */
     bool given_up;      /* the tile in work is to be abandoned: another renderer has finished it */
-    double looked;      /* when messages were last polled between waves */
+    double polled;      /* when messages were last polled between waves */
     /* Lots received and not begun, the oldest first; `waiting` of them. */
     struct lot lots[LOTS_UNDER_WAY];
     int waiting;
@@ -88,27 +88,27 @@ struct worker {
     /* Bytes of finished tiles, and those of them that were sent before a notice. */
     size_t done, sent;
     struct cpu_time time; /* CPU time of the tile in work */
-    double tell_at;       /* when to report the tile in work to the master */
-    bool told;            /* it has been reported */
+    double report_at;     /* when to report the tile in work to the master */
+    bool reported;        /* it has been reported */
     struct result_header notice;
-    char *told_bytes; /* copy of the finished tiles sent before the notice; owned */
-    size_t told_room;
-    MPI_Request telling, finished; /* sends of the notice, of told_bytes */
+    char *early_result; /* copy of the finished tiles sent before the notice; owned */
+    size_t early_room;
+    MPI_Request notice_send, early_send; /* sends of the notice, of early_result */
 
     struct renderer_stats stats;
 };
 
-/* Posts the receive for the next message: called once at the start, afterwards by hear(). */
+/* Posts the receive for the next message: called once at the start, afterwards by receive_next(). */
 void post_receive(struct worker *worker);
 
 /*
  * Receives the master's next message if it has arrived, after any lots in the tray that precede it, or the
  * next lot in the tray. Returns whether there was one. Invalid data ends the farm.
  */
-bool hear(struct worker *worker);
+bool receive_next(struct worker *worker);
 
 /* Receives everything that has arrived. */
-void hear_all(struct worker *worker);
+void receive_all(struct worker *worker);
 
 /*
  * Sets worker->result to the next slot of the tray, if it is empty, or else to a free send buffer, with room
@@ -127,13 +127,13 @@ void send_to_master(struct worker *worker, enum message_tag tag, const void *byt
 bool all_is_sent(struct worker *worker);
 
 /* Whether there may be something to receive, or work for MPI to progress. Does not call MPI. */
-bool is_under_way(const struct worker *worker);
+bool may_need_poll(const struct worker *worker);
 
 /*
  * Reports to the master that the tile in work takes long, after sending all finished tiles, so that the
  * master knows which tiles are not begun. Does nothing while the previous report is still being sent. now: on
  * clock_wall().
  */
-void tell(struct worker *worker, double now);
+void report_unfinished(struct worker *worker, double now);
 
 #endif

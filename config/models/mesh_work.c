@@ -331,11 +331,11 @@ struct corner_direction {
 };
 
 static struct vec3 smooth_normal(const struct corner_direction *direction, const uint32_t *corner,
-                                 size_t count, struct vec3 face, double least_cosine)
+                                 size_t count, struct vec3 face, double crease_cosine)
 {
     struct vec3 sum = vec3(0, 0, 0);
     for (size_t i = 0; i < count; i++)
-        if (vec_dot(direction[corner[i]].face, face) >= least_cosine)
+        if (vec_dot(direction[corner[i]].face, face) >= crease_cosine)
             sum = vec_add(sum, direction[corner[i]].weighted);
     /* directions of faces that are folded back on each other may cancel */
     if (vec_length(sum) < 1e-9) sum = vec_is_zero(face) ? vec3(0, 1, 0) : face;
@@ -345,12 +345,12 @@ static struct vec3 smooth_normal(const struct corner_direction *direction, const
 /* The normals at one vertex; equal ones are stored once. */
 static void smooth_vertex(struct mesh *mesh, struct mesh_mark from, const uint32_t *corner,
                           size_t count, const struct corner_direction *direction,
-                          double least_cosine)
+                          double crease_cosine)
 {
     size_t first = mesh->normal_count;
     for (size_t i = 0; i < count; i++) {
         struct vec3 n =
-            smooth_normal(direction, corner, count, direction[corner[i]].face, least_cosine);
+            smooth_normal(direction, corner, count, direction[corner[i]].face, crease_cosine);
         size_t at = first;
         while (at < mesh->normal_count &&
                !(mesh->normals[at].x == n.x && mesh->normals[at].y == n.y &&
@@ -373,11 +373,11 @@ void mesh_smooth(struct mesh *mesh, struct mesh_mark from, double crease)
     }
     struct corners corners = find_corners(mesh, from);
     /* a little wider, so that a crease of exactly this angle is smooth on every machine */
-    double least_cosine = cos(crease * (PI / 180)) - 1e-9;
+    double crease_cosine = cos(crease * (PI / 180)) - 1e-9;
     mesh->normal_count = from.normal;
     for (size_t v = 0; v < mesh->vertex_count; v++)
         smooth_vertex(mesh, from, corners.corner + corners.start[v],
-                      corners.start[v + 1] - corners.start[v], direction, least_cosine);
+                      corners.start[v + 1] - corners.start[v], direction, crease_cosine);
     free(corners.start);
     free(corners.corner);
     free(direction);

@@ -67,7 +67,7 @@ static void make_good(char good[BYTES])
         struct journal_record record = make_record(i, payload);
         PROMISE(journal_append(journal, &record));
     }
-    journal_keep(journal);
+    journal_close(journal);
     FILE *file = fopen(path, "rb");
     PROMISE(file && fread(good, 1, BYTES, file) == BYTES);
     fclose(file);

@@ -147,12 +147,12 @@ static void check_welcome(const uint8_t *data, size_t size)
 
 static void check_lot(const uint8_t *data, size_t size)
 {
-    struct lot_header good = {.answer_s = 0.5, .tells = 3};
+    struct lot_header good = {.answer_s = 0.5, .reports = 3};
     size_t bytes = sizeof good;
     struct lot_header *lot = damaged(data, size, &good, &bytes);
     /* The receiver has checked the length before. */
     if (bytes == sizeof good && lot_header_valid(lot))
-        PROMISE(lot->answer_s >= 0 && lot->tells <= LOT_TILES);
+        PROMISE(lot->answer_s >= 0 && lot->reports <= LOT_TILES);
     free(lot);
 }
 
@@ -186,12 +186,12 @@ static void check_tells(const uint8_t *data, size_t size)
 {
     float good[4] = {0.5f, 1, 2, HUGE_VALF};
     size_t bytes = sizeof good;
-    float *tells = damaged(data, size, good, &bytes);
-    uint32_t count = (uint32_t)(bytes / sizeof *tells);
-    if (lot_tells_valid(tells, count))
+    float *report_s = damaged(data, size, good, &bytes);
+    uint32_t count = (uint32_t)(bytes / sizeof *report_s);
+    if (lot_report_valid(report_s, count))
         for (uint32_t i = 0; i < count; i++)
-            PROMISE(tells[i] >= 0);
-    free(tells);
+            PROMISE(report_s[i] >= 0);
+    free(report_s);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
