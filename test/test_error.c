@@ -56,8 +56,8 @@ static void test_interval_widens_with_every_look(void **state)
     assert_true(before.high < 0.2);
 }
 
-/* What is hidden widens the interval by its share of the error, at a hundredth look as at the first one; what is
- * carried does below. */
+/* The hidden error widens the interval by its share of the error, as much at the hundredth look as at the first one.
+ * The carried error widens it at its lower end only. */
 static void test_hidden_widens_the_interval(void **state)
 {
     (void)state;
@@ -78,7 +78,7 @@ static void test_hidden_widens_the_interval(void **state)
     }
 }
 
-/* How often the interval misses, if the logarithm of what the pixels tell is normal. */
+/* The probability that the interval misses the error, if the logarithm of the estimate is normally distributed. */
 static double miss_of(enum error_look kind, unsigned number)
 {
     const struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
@@ -88,7 +88,8 @@ static double miss_of(enum error_look kind, unsigned number)
     return erfc(2 * log(estimate.high / estimate.rmse) / spread * M_SQRT1_2);
 }
 
-/* However often a run looks: both kinds of looks together miss as often as is told, passes more of that. */
+/* However often a run is looked at, both kinds of looks together miss with the stated probability, of which looks after
+ * passes have the larger part. */
 static void test_all_looks_together(void **state)
 {
     (void)state;
@@ -155,7 +156,8 @@ static void test_forecast_to_a_goal(void **state)
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 
-/* Where next to nothing is to come, time is as uncertain as from run to run; where much is, nothing changes. */
+/* If next to nothing is still to come, the uncertainty is that of times from run to run; if much is, it does not
+ * change. */
 static void test_forecast_scatters(void **state)
 {
     (void)state;
@@ -174,7 +176,7 @@ static void test_forecast_scatters(void **state)
     assert_true(low == before_low && high == before_high);
 }
 
-/* So many that numbers beside powers of two are as good as any. */
+/* A number so large that numbers which are no powers of two are as good as any. */
 #define MANY (1u << 20)
 
 /* Half of MANY samples and all of them, in terms of 16, of a picture whose squared error is flat n^-1 +
@@ -212,7 +214,7 @@ static void test_forecast_of_even_samples(void **state)
     }
 }
 
-/* Seconds grow with samples a little slower than these, the less so the more there are. */
+/* Seconds grow a little more slowly than the number of samples; the difference decreases with that number. */
 static void test_seconds_of_samples(void **state)
 {
     (void)state;
@@ -288,7 +290,7 @@ static void test_point(void **state)
     assert_close(point.log_spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
 }
 
-/* What the errors of both points make of forecasts is in their intervals. */
+/* The intervals of forecasts contain the scatter that comes from the errors of both points. */
 static void test_forecasts_scatter_as_told(void **state)
 {
     (void)state;
@@ -314,7 +316,7 @@ static void test_forecasts_scatter_as_told(void **state)
     }
 }
 
-/* A slope that nobody knows is what slopes are like; the more of it is known, the less. */
+/* An unknown slope is assumed to be the usual one; the better it is known, the less the usual one counts. */
 static void test_slopes_are_usual_until_known(void **state)
 {
     (void)state;
@@ -336,8 +338,7 @@ static void test_slopes_are_usual_until_known(void **state)
     }
 }
 
-/* Where both errors may be the same, nobody knows how long it will take at most; what it takes at least
- * is known. */
+/* If both errors may be equal, the time has no upper bound, but a lower one. */
 static void test_forecast_without_an_end(void **state)
 {
     (void)state;
@@ -355,7 +356,7 @@ static void test_no_forecast(void **state)
     struct error_point points[2] = {{1, 0.1, 0.01}, {2, 0.2, 0.01}};
     assert_false(error_forecast(points, 4, 0.05).known); /* the error grows */
     points[1].rmse = 0.05;
-    assert_false(error_forecast(points, 4, 0.06).known); /* it is there already */
+    assert_false(error_forecast(points, 4, 0.06).known); /* the goal is reached already */
     assert_true(error_forecast(points, 4, 0.04).known);
     /* Half of the samples had missed what has most of the error. */
     const struct error_point missed[2] = {{1, 0.0008, 0.5}, {2, 0.053, 0.5}};

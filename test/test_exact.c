@@ -7,8 +7,8 @@
 
 #include "worker/exact.h"
 
-/* Of the oracle: enough for sums of products of EXACT_FACTORS doubles, and of some of moderate
- * size. */
+/* Bits of the oracle's numbers: enough for sums of products of EXACT_FACTORS doubles of any size, and of doubles of
+ * moderate size. */
 #define BITS_OF_ALL  20000
 #define BITS_OF_SOME 1600
 
@@ -63,7 +63,7 @@ static void test_sums_and_products(void **state)
     mpfr_clears(x, y, (mpfr_ptr)0);
 }
 
-/* The factors that the header gives; of a quotient that of 2022. */
+/* The error factors of the header; for quotients that of the paper of 2022. */
 static void test_double_double(void **state)
 {
     (void)state;
@@ -96,7 +96,7 @@ static void test_double_double(void **state)
     mpfr_clears(x, y, z, (mpfr_ptr)0);
 }
 
-/* Sums of products over the whole range of double, some of which cancel but for one last bit. */
+/* Sums of products over the whole range of double, some of which cancel up to one last bit. */
 static void test_accumulator(void **state)
 {
     (void)state;
@@ -150,7 +150,7 @@ static void test_accumulator_cancels(void **state)
     assert_int_equal(accumulator_sign(&sum), 0);
 }
 
-/* Finite, at times denormal, at times two-term. */
+/* A finite number, sometimes subnormal, sometimes with a low part. */
 static struct dd extreme_dd(uint64_t *random, int reach)
 {
     double high = wide_double(random, reach);
@@ -191,7 +191,7 @@ static void assert_equals(const struct accumulator *sum, mpfr_t truth)
     assert_true(dd_error(value, truth) <= 2);
 }
 
-/* Products of sums, degree 2 + 3 + 3 as for the cone, over all of the range of double. */
+/* Products of sums of degree 2 + 3 + 3, as for the cone, over the whole range of double. */
 static void test_products_of_sums(void **state)
 {
     (void)state;
@@ -241,7 +241,7 @@ static struct vec3 triple_vector(uint64_t *random, int kind)
     return vec3(v[0], v[1], v[2]);
 }
 
-/* MPFR's d.(p x q). */
+/* d.(p x q) in MPFR. */
 static void true_triple(mpfr_t truth, const struct dd p[3], const struct dd q[3], const double d[3])
 {
     mpfr_t x, y;
@@ -258,7 +258,7 @@ static void true_triple(mpfr_t truth, const struct dd p[3], const struct dd q[3]
     mpfr_clears(x, y, (mpfr_ptr)0);
 }
 
-/* The same bits from integers, if they fit; counts those. */
+/* Asserts that integer arithmetic, if the vectors fit, gives the same bits; counts the vectors that fit. */
 static void assert_integers_agree(const struct dd3 *p, const struct dd3 *q, struct vec3 d,
                                   struct dd value, int exponent, unsigned *fitting)
 {
@@ -273,7 +273,7 @@ static void assert_integers_agree(const struct dd3 *p, const struct dd3 *q, stru
     ++*fitting;
 }
 
-/* Lines through the points of an edge, or past it; seen from one end or from elsewhere. */
+/* Lines through points of an edge or beside it, from one end of the edge or from elsewhere. */
 static void test_triple(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* What is expected of pixels' errors, band by band, against the rule of master/adaptive.h pixel by pixel. */
+/* Tests the expected errors of pixels, which are computed in bands, against the rule of master/adaptive.h for each
+ * pixel. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -96,7 +97,7 @@ static void contrast(const struct picture *picture, int64_t x, int64_t y, double
         *across = fmax(*across, -product(here, far, near[k]) / 3);
 }
 
-/* e but for surprises, and the pixel's part in those of its square of 32 x 32 */
+/* e without surprises; *surprise: the pixel's contribution to the surprises of its square of 32 x 32 */
 static double expected(const struct picture *picture, int64_t x, int64_t y, double *surprise)
 {
     double largest, across, halves = around(picture, own_variance, x, y);
@@ -108,7 +109,7 @@ static double expected(const struct picture *picture, int64_t x, int64_t y, doub
            4 * (largest + across) / pow(samples, 3);
 }
 
-/* What is around alone: D, and what the range of the neighbours' colours allows. */
+/* The squared error predicted from the neighbourhood alone: D, and what the range of the neighbours' colours allows. */
 static double warning(const struct picture *picture, int64_t x, int64_t y)
 {
     uint8_t level = picture->level[y * picture->canvas.width + x];
@@ -148,7 +149,7 @@ static void check_square(const struct picture *picture, const double *error,
     }
 }
 
-/* Mostly even, with specks that nothing around warns of, and pixels whose halves are not finite. */
+/* A mostly even picture with specks that no neighbour hints at, and pixels whose halves are not finite. */
 static void fill(struct picture *picture)
 {
     uint64_t state = 1;
@@ -199,7 +200,7 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
     canvas_free(&picture.canvas);
 }
 
-/* Of less than what is filtered, of a band, and of a row and a column more. */
+/* Pictures smaller than the filter, of one band, and of one band plus a row and a column. */
 static void test_sizes(void **state)
 {
     (void)state;

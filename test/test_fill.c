@@ -1,4 +1,4 @@
-/* Lattices of pixels, and what stands in for those that nobody has rendered. */
+/* Tests of lattices of pixels, and of filling pixels that are not rendered. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,7 +17,7 @@
 
 /* ---- lattices ---- */
 
-/* Of every lattice each square of 16 x 16 pixels, wherever it lies, has the same number. */
+/* Every square of 16 x 16 pixels, at any position, contains the same number of pixels of a lattice. */
 static void test_lattices_are_even(void **state)
 {
     (void)state;
@@ -41,7 +41,7 @@ static void test_coarsest(void **state)
         }
 }
 
-/* Row by row, pixel by pixel: just those that it has. */
+/* Iterating over rows and pixels yields exactly the pixels of the lattice. */
 static void test_walk(void **state)
 {
     (void)state;
@@ -56,7 +56,7 @@ static void test_walk(void **state)
     }
 }
 
-/* The same of those that the next coarser one has not. */
+/* The same for the pixels that do not belong to the next coarser lattice. */
 static void test_walk_between(void **state)
 {
     (void)state;
@@ -76,7 +76,7 @@ static void test_walk_between(void **state)
 
 enum { SLOPE = 131 };
 
-/* Where nothing has been put in: no block is known. */
+/* Fills without a preview. */
 static void fill_alone(struct canvas *canvas, const uint8_t *known)
 {
     struct preview none = {0};
@@ -88,8 +88,8 @@ static float *color_at(const struct canvas *canvas, uint32_t x, uint32_t y)
     return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
 }
 
-/* The pixels of a lattice are known, and some others; a slope is what it was, but at the borders, where a pixel has
- * fewer neighbours. */
+/* If the pixels of a lattice and some others are known, a linear gradient is restored, except at the borders, where
+ * pixels have fewer neighbours. */
 static void test_slopes_are_restored(void **state)
 {
     (void)state;
@@ -120,7 +120,7 @@ static void test_slopes_are_restored(void **state)
     }
 }
 
-/* Of whatever size: every pixel gets something, though only the one in the corner is known. */
+/* Pictures of all sizes: every pixel is filled even if only the one in the corner is known. */
 static void test_all_sizes(void **state)
 {
     (void)state;
@@ -141,7 +141,7 @@ static void test_all_sizes(void **state)
         }
 }
 
-/* What is known is better than any preview; without one, what is not known stays black. */
+/* Known pixels keep their colours whatever the preview has. Without a preview, unknown pixels stay black. */
 static void test_known_stays(void **state)
 {
     (void)state;
@@ -169,7 +169,7 @@ static void test_known_stays(void **state)
     }
 }
 
-/* Of blocks as small as the gaps the picture shows as much as of lattices: the probes in their middles. */
+/* Blocks of the preview that are as small as the gaps are used. */
 static void test_small_blocks(void **state)
 {
     (void)state;
@@ -238,8 +238,8 @@ static void test_preview_is_in_place(void **state)
 
 enum { SQUARE = 96 };
 
-/* The error told of a square of which a lattice and its upper rows are known, where what lies on no coarser lattice
- * than `raised` differs from the others by so much. */
+/* The estimated error of a square of which the pixels of a lattice and the upper rows are known. Pixels that are on no
+ * lattice coarser than `raised` differ from the others by `by`. */
 static double told_error(uint32_t lattice, uint32_t upper, uint32_t raised, float by)
 {
     struct canvas canvas;
@@ -256,8 +256,8 @@ static double told_error(uint32_t lattice, uint32_t upper, uint32_t raised, floa
     return error;
 }
 
-/* The finest lattice that is there tells it, by what its own pixels differ by from the coarser ones: of three
- * components one. */
+/* The error is estimated with the finest complete lattice, by the differences of its own pixels from the coarser ones,
+ * in one of three components. */
 static void test_error_by_finest(void **state)
 {
     (void)state;
@@ -270,7 +270,7 @@ static void test_error_by_finest(void **state)
     }
 }
 
-/* Of a coarser one, or of single pixels, nobody knows what lies between. */
+/* If only the coarsest lattice is complete, or there are single pixels, the error is unknown. */
 static void test_error_not_known(void **state)
 {
     (void)state;
@@ -278,7 +278,7 @@ static void test_error_not_known(void **state)
     assert_true(isnan(told_error(LATTICE_COARSEST + 1, 8, 0, 1)));
 }
 
-/* Pictures of any size tell something or nothing, but nothing else. */
+/* Pictures of all sizes give a finite error or NaN. */
 static void test_error_of_all_sizes(void **state)
 {
     (void)state;
@@ -296,7 +296,7 @@ static void test_error_of_all_sizes(void **state)
         }
 }
 
-/* Where all are known nothing is guessed: what is uneven there does not count. */
+/* Areas in which all pixels are known do not count, however uneven they are. */
 static void test_error_where_guessed(void **state)
 {
     (void)state;

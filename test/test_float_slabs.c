@@ -1,4 +1,4 @@
-/* Which boxes a ray may be in: float finds all that double finds, whatever the sizes. */
+/* Tests the intersection of rays and boxes in float: it finds all boxes that double finds, at all sizes. */
 #include "scene_fixture.h"
 
 #include "worker/float_slabs.h"
@@ -6,7 +6,7 @@
 
 #define TRIES 400000
 
-/* A size of scene, by the power of two; what the rays start and where they go is of any other. */
+/* Powers of two: the size of the scene; rays have origins and directions of other sizes. */
 struct sizes {
     int scene, origin, direction;
 };
@@ -20,7 +20,7 @@ static struct sizes random_sizes(uint64_t *random)
     return sizes;
 }
 
-/* In -size .. size; sometimes 0, or a small part of it. */
+/* A number from -size to size, sometimes 0 or a small part of size. */
 static double random_part(uint64_t *random, double size)
 {
     double x = random_between(random, -size, size);
@@ -40,7 +40,8 @@ static struct vec3 random_parts(uint64_t *random, double size)
     return vec3(x, y, random_part(random, size));
 }
 
-/* Boxes of all sizes, some flat, some with a face in a plane of the origin's. */
+/* Fills a node with boxes of all sizes, some of them flat, some with a face in an axis-aligned plane through the
+ * origin of the ray. */
 static void fill_node(uint64_t *random, double size, const struct vec3 *origin,
                       struct bvh_node *node)
 {
@@ -55,7 +56,7 @@ static void fill_node(uint64_t *random, double size, const struct vec3 *origin,
     }
 }
 
-/* Anywhere, or towards a corner of a box. */
+/* Any direction, or one towards a corner of a box. */
 static struct vec3 random_direction(uint64_t *random, int exponent, const struct vec3 *origin,
                                     const struct bvh_node *node)
 {
@@ -68,7 +69,7 @@ static struct vec3 random_direction(uint64_t *random, int exponent, const struct
     return length > 0 ? vec_scale(way, ldexp(1, exponent) / length) : way;
 }
 
-/* Beyond everything, or as far as one of the boxes. */
+/* A limit beyond all boxes, or at the entry of one of them. */
 static double random_limit(uint64_t *random, struct lanes enter)
 {
     double at[LANES];
@@ -117,7 +118,7 @@ static void test_no_box_is_lost(void **state)
             assert_true((double)float_at[lowest_lane(rest)] <=
                         at[lowest_lane(rest)] * FLOAT_WIDENING + 0x1p-150);
     }
-    /* Float is taken for most, meets something, and hardly more than double does. */
+    /* Float is used for most rays, finds boxes, and hardly more of them than double does. */
     assert_true(taken > TRIES / 2);
     assert_true(met > taken / 4);
     assert_true(more < met / 4);
@@ -127,7 +128,7 @@ static void test_no_box_is_lost(void **state)
 
 #define RAYS (BUNDLE * LANES)
 
-/* A tree's centre, which coordinates in nodes are from: often far beyond its reach. */
+/* A tree with a centre, to which coordinates in nodes are relative, often much larger than the tree. */
 static struct bvh random_tree(uint64_t *random, int exponent)
 {
     double reach = ldexp(1, exponent), far = ldexp(1, exponent + random_exponent(random, -5, 30));
@@ -139,7 +140,7 @@ static struct bvh random_tree(uint64_t *random, int exponent)
                         .size = reach + vec_largest(center)};
 }
 
-/* Rays that go about the same way, some of them hardly along an axis; from one place, or from next to it. */
+/* Rays of similar directions, some of which hardly move along an axis, from one point or from points near it. */
 static void random_rays(uint64_t *random, struct vec3 origin, struct vec3 way, struct ray *rays)
 {
     double length = vec_largest(way), spread = ldexp(length, random_exponent(random, -60, -1));
@@ -156,7 +157,7 @@ static void random_rays(uint64_t *random, struct vec3 origin, struct vec3 way, s
     }
 }
 
-/* As a bundle and in its packets they are in all boxes that they are in one by one, in double. Returns in how many. */
+/* Checks that the bundle and its packets meet all boxes that single rays meet in double. Returns how many these are. */
 static unsigned check_bundle(const struct bundle *bundle, const struct bvh_node *node,
                              const struct ray *rays)
 {
@@ -224,7 +225,7 @@ static void test_rounds_outward(void **state)
     }
 }
 
-/* Rays that float has no bits for are left to double. */
+/* Rays for which float is not accurate enough are left to double. */
 static void test_left_to_double(void **state)
 {
     (void)state;
@@ -244,8 +245,8 @@ static void test_left_to_double(void **state)
     assert_false(float_slabs_of(&bvh, &ray, &slabs));
 }
 
-/* How near a ray passes boxes that float does not tell from those that it meets has to do with its origin, not with how
- * large the scene is, but on an axis that it hardly goes along. */
+/* How close a ray passes boxes that float counts as met depends on its origin and not on the size of the scene, except
+ * on an axis along which it hardly moves. */
 static void test_size_does_not_blur(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* What an earlier run has left: what counts in this one, when tiles are cut in another way. */
+/* Tests of what counts of an earlier run if this run divides the picture into other tiles. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,7 +17,7 @@ static struct tile box(uint32_t x, uint32_t y, uint32_t w, uint32_t h)
     return (struct tile){.x = x, .y = y, .w = w, .h = h, .step = 1};
 }
 
-/* Each pixel costs a second and has the error that its column says. */
+/* A tile whose pixels take a second each and have an error that is their column. */
 static struct found_tile told(struct tile tile)
 {
     struct found_tile it = {.tile = tile, .busy_s = tile_pixels(&tile)};
@@ -61,7 +61,7 @@ static void test_same_cut(void **state)
     found_free(&found);
 }
 
-/* The left half is used, and the right one, whose errors are others, is rendered again. */
+/* The left half is used; the right half, which has other errors, is rendered again. */
 static void test_rendered_again(void **state)
 {
     (void)state;
@@ -79,7 +79,7 @@ static void test_rendered_again(void **state)
     found_free(&found);
 }
 
-/* A row that runs through the tiles: each counts with its share. */
+/* A row across several tiles: each of them counts with its share. */
 static void test_shares(void **state)
 {
     (void)state;
@@ -95,14 +95,14 @@ static void test_shares(void **state)
     assert_true(sums.busy_s == EDGE && sums.repeated_s == 3 * EDGE);
     assert_true(fabs(sums.counts.sampling.squares - 66) < 1e-12);
     assert_int_equal(sums.counts.rays[RAY_PRIMARY], 4 * EDGE);
-    /* None becomes 0. */
+    /* No count becomes 0 by rounding. */
     assert_int_equal(sums.counts.nonfinite, 1);
     assert_int_equal(sums.counts.primary_hits, 1);
     assert_true(sums.counts.truncation == 0.5);
     found_free(&found);
 }
 
-/* Rendered twice: as the later one tells, once. */
+/* Pixels that were rendered twice count once, with the later tile. */
 static void test_overlap(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The generated garden, as it lies in its files. */
+/* Tests of the files of the generated garden. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -57,7 +57,7 @@ static int remove_gardens(void **state)
     return 0;
 }
 
-/* What one OBJ file holds. */
+/* The contents of one OBJ file. */
 struct model {
     struct vec3 *vertices;
     size_t vertices_count, normals_count, triangles;
@@ -101,7 +101,7 @@ static void take_vertex(struct model *model, struct vec3 p)
     model->high = grow_high(model->high, p);
 }
 
-/* "12" or "12//7", either counted from 1. */
+/* Reads "12" or "12//7"; both indices count from 1. */
 static size_t read_corner(const struct model *model, const char **text)
 {
     char *end;
@@ -179,7 +179,7 @@ static void is_sound(void **state)
     }
 }
 
-/* Through a sheet that lies face down the pond would be looked at from below. */
+/* If the sheet faced down, rays from above would count as leaving the water. */
 static void water_lies_face_up(void **state)
 {
     (void)state;
@@ -188,7 +188,7 @@ static void water_lies_face_up(void **state)
     assert_true(water.low.y > -0.03 && water.high.y < 0.03);
 }
 
-/* Under all water there is ground, and no hole to look through. */
+/* There is ground under all water, without holes. */
 static void pond_has_a_bed(void **state)
 {
     (void)state;

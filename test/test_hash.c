@@ -1,4 +1,4 @@
-/* XXH64: values of the reference implementation (xxhsum -H1), of every way through the code. */
+/* Tests XXH64 with values of the reference implementation (xxhsum -H1) for every path through the code. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,7 +38,7 @@ static void test_known_values(void **state)
     assert_true(hash64("abc", 3, 0) == UINT64_C(0x44bc2cf5ad770999));
 }
 
-/* Any alignment, and only the bytes that were named. */
+/* The hash does not depend on the alignment or on other bytes. */
 static void test_place_in_memory(void **state)
 {
     unsigned char bytes[100], moved[120];
@@ -51,7 +51,7 @@ static void test_place_in_memory(void **state)
     }
 }
 
-/* Every bit of the bytes, their number and the seed count. */
+/* The hash depends on every bit of the bytes, their number and the seed. */
 static void test_every_bit_counts(void **state)
 {
     unsigned char bytes[77];

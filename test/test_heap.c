@@ -1,4 +1,4 @@
-/* The heap against a plain search through all keys. */
+/* Tests the heap against a linear search through all keys. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,14 +11,14 @@
 
 #define IDS 150
 
-/* Numbers in no order (D. Knuth, TAOCP 2, 3.3.4). */
+/* Pseudorandom numbers (D. Knuth, TAOCP 2, 3.3.4). */
 static uint32_t draw(uint32_t *state, uint32_t below)
 {
     *state = *state * 1664525 + 1013904223;
     return (uint32_t)(((uint64_t)*state * below) >> 32);
 }
 
-/* What ought to be on top: the highest key, of equal ones the lowest id; key < 0: not in. */
+/* The id that must be on top: that of the highest key, of equal keys the lowest id. key < 0: the id is not in. */
 static uint32_t top_of(const double *keys)
 {
     uint32_t top = HEAP_ABSENT;

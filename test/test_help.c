@@ -1,4 +1,4 @@
-/* The text of --help: all that can be set, in lines that fit. */
+/* Tests the text of --help: it has all settings, in lines that fit. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -34,7 +34,7 @@ static void test_lists_all_keys(void **state)
         if (!strstr(text, words[i])) fail_msg("no %s", words[i]);
 }
 
-/* But for usage and examples, which are to be copied. */
+/* Checks all lines except usage and examples, which are not broken, so that they can be copied. */
 static void check_lines(char *text, size_t columns)
 {
     *strstr(text, "examples:") = '\0';
@@ -42,7 +42,7 @@ static void check_lines(char *text, size_t columns)
         if (strcspn(line, "\n") > columns) fail_msg("%.90s", line);
 }
 
-/* Of what is broken, each line but the first begins in the column; no line ends with a blank. */
+/* Continuation lines of broken text begin in its column; no line ends with a blank. */
 static void test_fits(void **state)
 {
     (void)state;
@@ -58,7 +58,7 @@ static void test_fits(void **state)
     check_lines(text, 70);
 }
 
-/* Words are the same, and where there is no room for a column lines are as long as they are. */
+/* The words do not depend on the width. If there is no room for a column, lines are not broken. */
 static void test_no_room(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* What is hidden: of pixels whose samples are drawn one by one, against what they have missed in truth. */
+/* Tests the estimate of the hidden error with pixels whose samples are drawn one by one, against what they really
+ * missed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,7 +16,7 @@
 #define EDGE   64
 #define PIXELS (EDGE * EDGE)
 
-/* A picture of black pixels; in each a thing of this share of its area, or none. */
+/* A picture of black pixels, each with an object of this share of its area, or none (0). */
 struct field {
     struct canvas canvas;
     float difference[3 * PIXELS], spread[PIXELS];
@@ -25,7 +26,7 @@ struct field {
     uint64_t state;
 };
 
-/* The first so many samples of a pixel, and those up to there. */
+/* Sums over the first samples of a pixel, and their number. */
 struct drawn {
     double sum[2], count; /* of its halves */
 };
@@ -39,7 +40,7 @@ static void draw(struct field *field, size_t i, double samples)
             random_between(&field->state, 0, 1) < field->share[i];
 }
 
-/* Means, halves and spread, as a renderer tells them of all samples. */
+/* Sets a pixel's mean, halves and spread, as a renderer sends them, from all samples up to this level. */
 static void tell(struct field *field, size_t i, uint8_t level)
 {
     double samples = field->levels.samples[level], half = samples / 2;
@@ -123,7 +124,7 @@ static struct error_sum told_by_halves(const struct field *field)
     return sum;
 }
 
-/* Things apart, so that no neighbour is another one: every fifth pixel of every fifth row. */
+/* Puts objects into every fifth pixel of every fifth row, so that they are no neighbours. */
 static void scatter(struct field *field, double least, double most)
 {
     for (size_t y = 2; y < EDGE; y += 5)
@@ -132,7 +133,8 @@ static void scatter(struct field *field, double least, double most)
                 least * pow(most / least, random_between(&field->state, 0, 1));
 }
 
-/* Level 1 everywhere; all are left; those that met something go on to level 5, then some of the others to level 3. */
+/* All pixels get level 1 and are left there. Those that hit something then get level 5, and some of the others level
+ * 3. */
 static void run(struct field *field, struct hidden *hidden, size_t others)
 {
     for (size_t i = 0; i < PIXELS; i++) {
@@ -145,8 +147,9 @@ static void run(struct field *field, struct hidden *hidden, size_t others)
         if (field->level[i] == 1) refine(field, hidden, i, 3);
 }
 
-/* In the mean over many pictures it is the true error, whether none or a third of the others have got more samples
- * since; without it seven tenths of it at most. The variance told is theirs, to within 4 times. */
+/* The mean of the estimate over many pictures is the true error, whether none or a third of the other pixels have got
+ * more samples since. Without the hidden part it would be at most seven tenths of it. The estimated variance is right
+ * to within a factor of 4. */
 static void check_mean(double least, double most, size_t others)
 {
     double told = 0, halves = 0, truth = 0, off = 0, variance = 0;
@@ -184,7 +187,7 @@ static void test_mean(void **state)
     }
 }
 
-/* What was found stays found when its pixel leaves another level, having met something there. */
+/* An error that was found still counts when its pixel, which has hit something, leaves another level. */
 static void test_found_stays(void **state)
 {
     (void)state;

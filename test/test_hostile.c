@@ -1,6 +1,6 @@
 /*
- * The same hostile bytes for every kind of file: each is refused with one line or read for what it
- * is, and none takes long.
+ * Tests every kind of file with the same hostile bytes: each must be refused with one line or read as what it is, and
+ * none may take long.
  */
 #include "test/random.h"
 #include "test/scratch.h"
@@ -11,7 +11,7 @@
 #define MTL   "newmtl red\nKd 1 0 0\nNs 5\n"
 #define FILES 4
 
-/* The file that is damaged, and CONFIG, which is it or leads to it. */
+/* The damaged file, and CONFIG, which is this file or refers to it. */
 static const struct {
     const char *name, *config, *text;
 } files[FILES] = {
@@ -35,7 +35,7 @@ static bool loads(struct scratch *s, const char *config)
     return good;
 }
 
-/* Refused with one line that names the file, and a line of it if there is one. */
+/* Checks that the file was refused with one line, which names the file and, where there is one, the line in it. */
 static void check_refused(struct scratch *s, int i, const char *start)
 {
     assert_false(loads(s, files[i].config));
@@ -43,12 +43,12 @@ static void check_refused(struct scratch *s, int i, const char *start)
     for (const char *at = s->said; at < end; at++)
         if (*at == '\n') last = at + 1;
     assert_true(*end == '\n' && strncmp(last, start, strlen(start)) == 0);
-    /* What stands before the mistake can only be warnings. */
+    /* Only warnings may precede the error. */
     for (const char *line = s->said; line < last; line = strchr(line, '\n') + 1)
         assert_true(strstr(line, "warning: ") && strstr(line, "warning: ") < strchr(line, '\n'));
 }
 
-/* As editors of other systems write it. */
+/* Byte order marks and line ends of other systems' editors. */
 static void test_marks_and_line_ends(void **state)
 {
     struct scratch *s = *state;
@@ -87,7 +87,7 @@ static void test_nul(void **state)
     }
 }
 
-/* Nothing but noise; fixed, so that a failure can be seen again. */
+/* Random bytes, the same in every run, so that a failure can be reproduced. */
 static void test_noise(void **state)
 {
     struct scratch *s = *state;
@@ -104,7 +104,7 @@ static void test_noise(void **state)
     }
 }
 
-/* Words, numbers and lines without an end: read in one go, not a byte at a time again and again. */
+/* Endless words, numbers and lines must be read in linear time. */
 static void test_endless(void **state)
 {
     static const char *const starts[FILES] = {"[sphere]\nradius = 1", "s 0 0 0 1",
@@ -130,7 +130,7 @@ static void test_endless(void **state)
     free(text);
 }
 
-/* Numbers that stand for more than there is. */
+/* Counts of more items than there are. */
 static void test_huge_counts(void **state)
 {
     static const struct {

@@ -1,4 +1,4 @@
-/* The strip that says which colour is which rank. */
+/* Tests of the legend that shows which colour is which rank. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,14 +12,14 @@
 
 #define ENTRIES 44
 
-/* Colours that are neither grey nor in two entries. */
+/* Entries of different colours, none of which is grey. */
 static void make_entries(struct legend_entry entries[ENTRIES], uint32_t first)
 {
     for (uint32_t i = 0; i < ENTRIES; i++)
         entries[i] = (struct legend_entry){first + i, {1, (float)i / ENTRIES, 0}};
 }
 
-/* A picture of -1 with its strip. */
+/* A picture whose values are -1, with its legend. */
 static struct canvas drawn(uint32_t width, uint32_t height, const struct legend_entry *entries,
                            uint32_t count)
 {
@@ -39,7 +39,7 @@ static unsigned pixels_of(const struct canvas *canvas, const float rgb[3])
     return count;
 }
 
-/* Every entry has its square, none reaches out of the strip, and the picture is left alone. */
+/* Every entry has its square, nothing is drawn outside of the legend, and the picture is unchanged. */
 static void test_every_entry_is_there(void **state)
 {
     (void)state;
@@ -58,7 +58,7 @@ static void test_every_entry_is_there(void **state)
     }
 }
 
-/* The dots of a strip with one number. */
+/* The number of dots in a legend with one number. */
 static unsigned dots_of(uint32_t number)
 {
     const struct legend_entry entry = {number, {1, 0, 0}};

@@ -1,4 +1,4 @@
-/* Stacks of media: nested, overlapping, open and solid objects, and where the eye begins. */
+/* Tests of stacks of media: nested, overlapping, open and solid objects, and the stack at the eye. */
 #include "test/scene_fixture.h"
 #include "worker/medium.h"
 
@@ -54,7 +54,7 @@ static void test_nested(void **state)
     at = media_cross(media, at.stack, sphere(WATER), false);
     assert_crossing(at, 1.33, 1, false);
     assert_int_equal(at.stack, MEDIUM_OUTSIDE);
-    /* The same way gives the same numbers, and nothing new. */
+    /* The same crossings again give the same numbers, and no new stacks. */
     uint32_t count = media_count(media);
     at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
     at = media_cross(media, at.stack, sphere(GLASS), true);
@@ -176,7 +176,7 @@ static uint32_t stack_at(struct media *media, const struct bvh *bvh, double x, d
     return media_at(media, bvh, vec3(x, y, 0.01));
 }
 
-/* What an eye lies within: opaque things do not count, planes from behind do. */
+/* The media around an eye: opaque objects do not count; planes count from behind. */
 static void test_eye(void **state)
 {
     (void)state;
@@ -201,7 +201,7 @@ static void test_eye(void **state)
     free(scene);
 }
 
-/* Within a closed mesh: all rays agree. */
+/* An eye in a closed mesh: all rays agree. */
 static void test_eye_in_a_mesh(void **state)
 {
     (void)state;
@@ -243,7 +243,7 @@ static void test_sphere_seen_from_inside(void **state)
     free(scene);
 }
 
-/* Eight faces around the eye, without that of one octant, -1: with all. */
+/* Eight faces around the eye, except that of one octant; -1: all of them. */
 static struct scene *octahedron(int without)
 {
     struct builder *builder = builder_create();

@@ -1,4 +1,4 @@
-/* Sizes that memory cannot hold: refused by number before anything is asked for. */
+/* Tests of sizes that memory cannot hold: they are refused before anything is allocated. */
 #include "test/scratch.h"
 
 #include <sys/resource.h>
@@ -16,7 +16,7 @@
 #define SKIP_IF_SANITIZED() (void)0
 #endif
 
-/* What ulimit -v sets; the old limit. */
+/* Sets the limit of ulimit -v; returns the old one. */
 static struct rlimit set_limit(size_t bytes)
 {
     struct rlimit old, limit;
@@ -79,7 +79,7 @@ static void allocate_block(void *state)
     free(allocate(block->count, block->size));
 }
 
-/* What a block that cannot be costs: the job, with this message. */
+/* Asserts that allocating such a block ends the job with this message. */
 static void check_fatal(size_t count, size_t size, const char *expected)
 {
     assert_fatal(allocate_block, &(struct block){count, size}, expected);
@@ -100,7 +100,7 @@ static void test_blocks(void **state)
     check_fatal(huge, 4, expected);
 }
 
-/* In whole huge pages from one of them on, all of it to be written. */
+/* Blocks of a huge page or more are whole huge pages, and all of the block is writable. */
 static void test_large(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Which bytes are shown as they are, and blocks of memory that are as large as they should be. */
+/* Tests of which bytes are printable, and of the sizes of allocated blocks. */
 #include <malloc.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 
 #include "common/message.h"
 
-/* The number in UTF-8 of so many bytes, which may be more than it needs. */
+/* Encodes the number in UTF-8 with this number of bytes, which may be more than it needs. */
 static void encode(uint32_t number, size_t bytes, char text[5])
 {
     static const unsigned char first[] = {0, 0, 0xc0, 0xe0, 0xf0};
@@ -34,7 +34,7 @@ static bool is_character(uint32_t number)
     return !control && !surrogate && number < 0x110000;
 }
 
-/* All that can be written in so many bytes: characters in as few as they need, and nothing else. */
+/* Of all encodings of a given number of bytes, exactly the shortest ones of printable characters are accepted. */
 static void test_printable(void **state)
 {
     (void)state;
@@ -49,7 +49,7 @@ static void test_printable(void **state)
     }
 }
 
-/* A character that ends too early, and bytes that begin none. */
+/* Truncated characters, and bytes that begin none, are refused. */
 static void test_unprintable(void **state)
 {
     (void)state;
@@ -88,7 +88,7 @@ static void test_large_blocks(void **state)
     }
 }
 
-/* Room for one more whenever it is asked for, and what was there stays. */
+/* grow() makes room for one more element, and keeps the others. */
 static void test_grow(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The generated models: whole, closed, outward, the same on every run. */
+/* Tests of the generated models: they are complete and closed, face outward, and are the same on every run. */
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,7 +14,7 @@
 #include "config/models/lantern.h"
 #include "config/models/models.h"
 
-#define TRIANGLES_OF_CG1 50000 /* the least that the sample scene shall have */
+#define TRIANGLES_OF_CG1 50000 /* the least number that the sample scene must have */
 #define ALL_MATERIALS    UINT32_MAX
 
 static int compare_edges(const void *a, const void *b)
@@ -136,7 +136,7 @@ static void test_lantern_is_closed_and_sane(void **state)
     }
 }
 
-/* What is refracted has to be a solid by itself, or rays would enter it and never leave. */
+/* Refractive parts must be closed solids, or rays would enter them and never leave. */
 static void test_glass_is_solid(void **state)
 {
     (void)state;
@@ -214,7 +214,7 @@ static void test_write_errors_are_told(void **state)
     mesh_free(&mesh);
 }
 
-/* One of each shape, apart from each other, with its volume from school. */
+/* One of each shape, apart from each other, with its volume by elementary formulas. */
 static void test_shapes_are_closed_and_outward(void **state)
 {
     (void)state;

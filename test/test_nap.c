@@ -1,4 +1,4 @@
-/* Naps end when they should. */
+/* Tests of naps: their lengths, and that they end on time. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -29,13 +29,14 @@ static void test_lengths(void **state)
     assert_true(nap.seconds == NAP_LONGEST);
     nap_reset(&nap);
     assert_true(nap.seconds == NAP_SHORTEST && nap.waited == 0);
-    /* Who has waited long looks seldom. */
+    /* After a long wait naps are long. */
     assert_true(nap_after(2 * NAP_LONGEST / NAP_PART, NAP_LONGEST) == 2 * NAP_LONGEST);
     assert_true(nap_after(1.5 * NAP_LONGEST / NAP_PART, NAP_LONGEST) == 1.5 * NAP_LONGEST);
     assert_true(nap_after(100, NAP_SELDOM) == NAP_SELDOM);
 }
 
-/* One who hears something every 0.4 ms looks at half of that first; who does all the time, at once. */
+/* A waiter that hears something every 0.4 ms first sleeps for half of that; one that hears something all the time
+ * polls at once. */
 static void test_heard(void **state)
 {
     (void)state;
@@ -53,8 +54,8 @@ static void test_heard(void **state)
     assert_true(nap.seconds == NAP_SHORTEST);
 }
 
-/* One who is to hear soon looks for as long as a nap takes before the first one; who expects nothing
- * sleeps for a part of that at once, but not for long. */
+/* A waiter that expects something soon polls for as long as a nap takes before the first one. A waiter that expects
+ * nothing for some time sleeps for a part of that at once, but not for long. */
 static void test_soon_and_calm(void **state)
 {
     (void)state;
@@ -72,7 +73,7 @@ static void test_soon_and_calm(void **state)
     assert_true(nap_calm(-1) <= 0);
 }
 
-/* Of what was rung for is looked for as ever, until it has come or a while is over. */
+/* After a ring, naps are short until what the bell was rung for has come, or for a while. */
 static void test_woken(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* NFF files: every statement, the view, and mistakes. */
+/* Tests of NFF files: every statement, the view, and errors. */
 #include "test/scratch.h"
 
 #include <math.h>
@@ -132,7 +132,7 @@ static void test_one_warning_of_gain(void **state)
                 NULL));
     assert_string_equal(s->said, "scene.nff:9: warning: a component of the color is more than 1, "
                                  "expected 0 to 1: full white is 1 1 1\n");
-    /* What is more than 1 by rounding alone is not told, nor does it keep others from being told. */
+    /* A sum above 1 by rounding alone is not warned of, and does not prevent a warning of another material. */
     free(loaded(state, VIEW LIGHT "f 1 0 0 1 0.5 1 0.50000001 1\nf 255 0 0 1 0 1 0 1\ns 0 0 0 1\n",
                 NULL));
     assert_string_equal(s->said, "scene.nff:10: warning: a component of the color is more than 1, "
@@ -155,7 +155,7 @@ static void test_objects(void **state)
     assert_int_equal(scene->primitives[PRIMITIVE_PATCH].count, 2);
     assert_int_equal(scene->vertices.count, 10);
     assert_int_equal(scene->normals.count, 4);
-    /* The corners keep their normals through the cutting. */
+    /* The corners keep their normals through the triangulation. */
     const struct patch *patches = scene_patches(scene);
     for (int i = 0; i < 6; i++)
         assert_int_equal(patches[i / 3].vertex[i % 3] - 6, patches[i / 3].normal[i % 3]);
@@ -196,7 +196,7 @@ static void test_extreme_numbers(void **state)
             "scene.nff:1: fov is too close to 0 or 180, expected an angle between them");
 }
 
-/* Faces without an area are told of, once, and are no mistake. */
+/* Faces without an area are warned of once, and are no error. */
 static void test_flat_faces(void **state)
 {
     struct scratch *s = *state;
@@ -210,7 +210,7 @@ static void test_flat_faces(void **state)
                         "line, are never seen: 3 of 4, the first one here\n");
 }
 
-/* A bow tie is told of, once. */
+/* A bow tie is warned of once. */
 static void test_crossing_polygons(void **state)
 {
     struct scratch *s = *state;

@@ -1,4 +1,4 @@
-/* Which ranks share memory. */
+/* Tests of which ranks share memory. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -40,7 +40,7 @@ static void test_places(void **state)
           (struct node_place[RANKS]){PLACE(0, 0, 8, 1), PLACE(0, 1, 8, 1), PLACE(0, 2, 8, 1),
                                      PLACE(0, 3, 8, 1), PLACE(0, 4, 8, 1), PLACE(0, 5, 8, 1),
                                      PLACE(0, 6, 8, 1), PLACE(0, 7, 8, 1)});
-    /* Three nodes in no order, and two ranks that do not know theirs. */
+    /* Three nodes in mixed order, and two ranks whose node is unknown. */
     check((uint64_t[RANKS]){9, 3, 0, UINT64_MAX, 3, 9, 0, 3}, 2,
           (struct node_place[RANKS]){PLACE(0, 0, 2, 5), PLACE(1, 0, 3, 5), PLACE(2, 0, 1, 5),
                                      PLACE(3, 0, 1, 5), PLACE(1, 1, 3, 5), PLACE(0, 1, 2, 5),

@@ -1,4 +1,4 @@
-/* Decimal numbers against strtod, and everything that is no number. */
+/* Tests of decimal numbers, compared with strtod(), and of texts that are no numbers. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -141,7 +141,7 @@ static void test_format_reads_back(void **state)
     }
 }
 
-/* Lengths and unit vectors from one end of the range to the other; 2^k changes no bit. */
+/* Lengths and unit vectors over the whole range of double; scaling by 2^k changes no bit. */
 static void test_unit_vectors(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* OBJ and MTL files, and the normals that smooth makes. */
+/* Tests of OBJ and MTL files, and of the normals that `smooth` computes. */
 #include "test/scratch.h"
 
 #include <math.h>
@@ -50,7 +50,7 @@ static void test_faces(void **state)
     free(scene);
 }
 
-/* An index that is left out behind its slash is none, at the end of the file, too. */
+/* An index may be missing after its slash, also at the end of the file. */
 static void test_empty_indices(void **state)
 {
     struct scratch *s = *state;
@@ -83,7 +83,7 @@ static const struct material *material_of(const struct scene *scene, int triangl
     return &scene_materials(scene)[scene_triangles(scene)[triangle].material];
 }
 
-/* Without any LF, in the file of materials, too. */
+/* Files without any LF, the material file included. */
 static void test_lines_that_end_by_cr(void **state)
 {
     struct scratch *s = *state;
@@ -178,7 +178,7 @@ static void test_materials(void **state)
     assert_true(dull->diffuse == 0.75);
     const struct material *green = material_of(scene, 3);
     assert_true(green->transmission == 0 && green->diffuse == 1 && green->ambient == 0.1);
-    /* No mirror gives back more than it gets. */
+    /* No mirror reflects more light than it gets. */
     assert_true(material_of(scene, 3)->color.y == 1 && material_of(scene, 3)->reflection == 1);
     assert_true(material_of(scene, 4)->shininess == 88);
     assert_true(material_of(scene, 5)->shininess == 77);
@@ -191,7 +191,7 @@ static void test_materials(void **state)
     free(scene);
 }
 
-/* A library counts from where it is named. */
+/* A material library applies from the line where it is named. */
 static void test_library_between_uses(void **state)
 {
     struct scratch *s = *state;
@@ -246,7 +246,7 @@ static void test_one_warning_of_textures(void **state)
     free(scene);
 }
 
-/* Of light that a surface gives off; that it gives off none is no loss, nor what is no colour. */
+/* Emission is warned of once; emission of zero is not warned of, nor is an invalid colour. */
 static void test_one_warning_of_emission(void **state)
 {
     struct scratch *s = *state;
@@ -258,7 +258,7 @@ static void test_one_warning_of_emission(void **state)
                         "of their own, lights alone do\n");
 }
 
-/* Keys have one case; what stands there is not used. */
+/* Keys are case-sensitive; values of keys in another case are ignored. */
 static void test_keys_in_another_case(void **state)
 {
     struct scratch *s = *state;
@@ -273,7 +273,7 @@ static void test_keys_in_another_case(void **state)
                         "case.mtl:2: warning: 'NewMtl' is left out, did you mean 'newmtl'?\n");
 }
 
-/* The same name in two places is one to choose from. */
+/* A name that is defined twice is listed once in the hint. */
 static void test_unknown_name_of_a_material(void **state)
 {
     struct scratch *s = *state;
@@ -302,7 +302,7 @@ static void test_missing_library(void **state)
             "0 to 1");
 }
 
-/* A '#' may begin a name, too: it begins a comment behind other words, where no file is called so. */
+/* A '#' may begin the name of a library. After other words it begins a comment, unless a file has that name. */
 static void test_comment_behind_a_library(void **state)
 {
     struct scratch *s = *state;
@@ -362,7 +362,8 @@ static void test_legal_forms_of_materials(void **state)
         "share from 0 to 1");
 }
 
-/* Is none, which is told where light goes through; what is no index is a mistake still. */
+/* An index of 0 counts as not given, with a warning if the material transmits light. An invalid index is still an
+ * error. */
 static void test_index_of_refraction_of_0(void **state)
 {
     struct scratch *s = *state;
@@ -428,7 +429,7 @@ static void test_libraries_and_names(void **state)
     free(obj);
 }
 
-/* Every mesh has its own vertices and normals, whatever came before it. */
+/* Every mesh has its own vertices and normals, independent of the meshes before it. */
 static void test_several_smooth_meshes(void **state)
 {
     scratch_write("mesh.obj", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n"
@@ -568,7 +569,7 @@ static void test_smooth_sphere(void **state)
     free(scene);
 }
 
-/* Degenerate faces, a vertex with very many faces, and three faces at one edge do no harm. */
+/* Degenerate faces, a vertex of very many faces, and three faces at one edge are accepted. */
 static void test_odd_meshes(void **state)
 {
     struct scene *scene =
@@ -592,7 +593,8 @@ static void test_odd_meshes(void **state)
     free(scene);
 }
 
-/* Of faces, not of triangles: a polygon with two corners in one place has an area. Nor is a small one without. */
+/* Flatness is a property of faces, not of triangles: a polygon with two equal corners has an area. So have small
+ * faces. */
 static void test_flat_faces(void **state)
 {
 #define FLAT "faces without an area, whose corners lie on a line, are never seen: "
@@ -607,7 +609,7 @@ static void test_flat_faces(void **state)
     assert_string_equal(s->said, "mesh.obj:6: warning: " FLAT "1 of 1, the first one here\n");
 }
 
-/* The normals of all corners of the faces, each of three corners, in the order that they stand in. */
+/* The normals of the corners of triangular faces, in the order of the file. */
 static void corner_normals(void **state, const char *const *faces, size_t count,
                            struct vec3 *normals)
 {
@@ -648,7 +650,7 @@ static void test_order_of_faces(void **state)
     corner_normals(state, sides_apart, 8, apart);
     for (size_t i = 0; i < 24; i++)
         assert_same_normals(&mixed[i], &apart[3 * place[i / 3] + i % 3]);
-    /* The ridge is round, on either side. */
+    /* The ridge is smooth on both sides. */
     assert_true(fabs(mixed[1].x) < 1e-12 && mixed[1].z > 0.99);
     assert_true(fabs(mixed[4].x) < 1e-12 && mixed[4].z < -0.99);
 

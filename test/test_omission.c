@@ -1,4 +1,4 @@
-/* What a sample leaves out: in bounded memory, and none of it forgotten. */
+/* Tests of the bound on what a sample leaves out: memory is bounded, and every ray counts. */
 #include "test/scene_fixture.h"
 
 #include "common/message.h"
@@ -19,7 +19,7 @@ static struct scene *mirror_ball(void)
     return scene;
 }
 
-/* What a sample of a picture has to do with. */
+/* The structures that a sample needs. */
 struct sample {
     struct scene *scene;
     struct radiance radiance;
@@ -80,7 +80,7 @@ static void test_many_rays_are_folded(void **state)
     assert_true(omission_bound(omission) == 0);
 }
 
-/* What has no bound may have one when its ray is looked at: that is not forgotten, either. */
+/* A ray whose rough bound is infinite may have a finite one when it is examined, and still counts. */
 static void test_coarse_bounds_are_told_first(void **state)
 {
     struct sample *sample = *state;
@@ -94,7 +94,7 @@ static void test_coarse_bounds_are_told_first(void **state)
     assert_true(isfinite(omission_bound(omission)));
 }
 
-/* What stays is what matters most. */
+/* The rays with the largest bounds are kept. */
 static void test_largest_stay(void **state)
 {
     struct sample *sample = *state;
@@ -111,7 +111,7 @@ static void test_largest_stay(void **state)
     }
 }
 
-/* Rays that are as important as each other are not kept for that. */
+/* Rays of equal importance are folded, too. */
 static void test_equal_rays_are_folded(void **state)
 {
     struct sample *sample = *state;
@@ -124,7 +124,7 @@ static void test_equal_rays_are_folded(void **state)
     assert_true(omission_bound(omission) >= 2 * OMISSION_MAX);
 }
 
-/* Rays that are looked at, of many that matter. */
+/* The number of rays that are traced for the bound, of many important ones. */
 static uint32_t looked_at(struct omission *omission, const struct radiance *radiance)
 {
     struct branch branch;
@@ -137,7 +137,7 @@ static uint32_t looked_at(struct omission *omission, const struct radiance *radi
     return count;
 }
 
-/* One sample costs the next one nothing. */
+/* The limit on rays applies to each sample separately. */
 static void test_every_sample_looks(void **state)
 {
     struct sample *sample = *state;
@@ -148,7 +148,7 @@ static void test_every_sample_looks(void **state)
     assert_int_equal(looked_at(omission, radiance), first);
 }
 
-/* What was folded could be more than what was found, too: it counts when that is compared. */
+/* The bounds of folded rays count when what is left is compared with what was found. */
 static void test_folded_is_not_yet_looked_at(void **state)
 {
     struct sample *sample = *state;
@@ -167,7 +167,7 @@ static void test_folded_is_not_yet_looked_at(void **state)
     }
 }
 
-/* The sum of what is found is rounded up, and what is no number has no bound. */
+/* The sum of what was found is rounded up; with NaN the bound is infinite. */
 static void test_found_is_rounded_up(void **state)
 {
     (void)state;
@@ -189,7 +189,7 @@ static void test_found_is_rounded_up(void **state)
     omission_free(&omission);
 }
 
-/* A point in the light: as bright as that is, unless surfaces on its way make it brighter. */
+/* A lit point is at most as bright as the light allows, unless surfaces between the two make the light brighter. */
 static void test_light_that_grows(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 /*
- * Highlight, mirror and refraction against their definitions in numbers of 600 bits, for exactly
- * the vectors that the functions are given.
+ * Tests highlight, mirror and refraction against their definitions, evaluated with 600 bits for exactly the vectors
+ * that the functions are given.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,7 +33,7 @@ static struct vec3 random_unit(void)
     return vec_normalize(vec3(x, y, uniform(-1, 1)));
 }
 
-/* A ray that meets a surface with this cosine of the angle to the normal, about. */
+/* A ray and a normal whose angle has about this cosine. */
 static void random_meeting(double cos_i, struct vec3 *view, struct vec3 *normal)
 {
     *normal = random_unit();
@@ -166,12 +166,12 @@ static void test_lobe(void **state)
         double paper = 0;
         check_lobes(n, 400, &paper);
         check_lobes(fmin(n * 3.7, SHININESS_MAX), 100, &paper);
-        /* What is compared with does lose digits in proportion to the exponent. */
+        /* The paper's formula does lose digits in proportion to the exponent. */
         assert_true(paper > n / 10);
     }
 }
 
-/* The same numbers for a scene that is scaled by any power of two. */
+/* A scene scaled by a power of two gives the same numbers. */
 static void test_lobe_scales(void **state)
 {
     (void)state;
@@ -235,7 +235,7 @@ static void check_length(struct vec3 v, double limit)
     mpfr_clear(square);
 }
 
-/* Catalogue 50, and beyond it: at grazing incidence down to 0. */
+/* Catalogue 50, and beyond it: grazing incidence down to an angle of 0. */
 static void test_grazing_mirror(void **state)
 {
     (void)state;
@@ -247,7 +247,7 @@ static void test_grazing_mirror(void **state)
             struct vec3 view, normal;
             random_meeting(cosines[i], &view, &normal);
             exact_dot_of(side, view, normal);
-            if (mpfr_sgn(side) > 0) continue; /* rounding put it behind the surface */
+            if (mpfr_sgn(side) > 0) continue; /* by rounding it points behind the surface */
             struct vec3 out = mirror(view, normal);
             check_length(out, 2);
             exact_dot_of(side, out, normal);

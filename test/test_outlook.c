@@ -1,4 +1,4 @@
-/* How much of a run is done: in seconds, where predictions are off by kind. */
+/* Tests how much of a run is done, in seconds, if the error of predictions depends on the kind of tile. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,8 +24,8 @@ static void test_nothing(void **state)
     assert_near(outlook_share(&outlook).finished, 0, 0);
 }
 
-/* 10 dear tiles of 1 second each as predicted, 90 cheap ones that take five times what is predicted:
- * 0.1 s in place of 0.02 s. A sample of the cheap ones tells. */
+/* 10 expensive tiles take 1 s each, as predicted; 90 cheap ones take five times what is predicted, 0.1 s instead of
+ * 0.02 s. A few finished cheap tiles show that. */
 static void test_kinds(void **state)
 {
     (void)state;
@@ -56,7 +56,7 @@ static void test_kinds(void **state)
     assert_near(outlook_share(&outlook).seconds, 19, 1e-9);
 }
 
-/* Where nothing of a kind is finished, the nearest kind tells. */
+/* If no tile of a class is finished, the nearest class is used. */
 static void test_neighbours(void **state)
 {
     (void)state;
@@ -64,7 +64,7 @@ static void test_neighbours(void **state)
     outlook_finish(&outlook, 100, 64, 100);
     outlook_finish(&outlook, 1, 64, 3);
     outlook_add(&outlook, 0.5, 64);
-    double left = 0.5 * 3; /* about: the dear ones are far away */
+    double left = 0.5 * 3; /* approximately, as the class of the expensive ones is far away */
     assert_near(outlook_share(&outlook).finished, 103 / (103 + left), 0.001);
 }
 
@@ -80,7 +80,7 @@ static void test_skipped(void **state)
     assert_near(share.skipped, 0.3, 1e-12);
 }
 
-/* What was taken off may be a little more than what was put there. */
+/* By rounding, more may be subtracted than was added. */
 static void test_never_more_than_all(void **state)
 {
     (void)state;
@@ -91,7 +91,7 @@ static void test_never_more_than_all(void **state)
     assert_true(outlook_share(&outlook).finished == 1);
 }
 
-/* Work beyond all octaves, and none. */
+/* Work beyond all octaves, and no work. */
 static void test_extremes(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Rank 0's own renderer gives up a tile that somebody else has finished, and only that. */
+/* Tests that rank 0's own renderer gives up a tile that another renderer has finished, and no other tile. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -14,14 +14,14 @@
 /* Renderer 0 is rank 0's own, 1 answers at once. */
 #define RENDERERS 2
 
-/* What the own renderer meets. */
+/* The state of a test. */
 struct scene_of_test {
     struct server server;
     struct service service;
     unsigned begun; /* tiles, by the own renderer */
 };
 
-/* Seconds by which everything is overdue. */
+/* Seconds after which everything is overdue. */
 #define LONG_AFTER 1e3
 
 static bool is_unfinished(const struct queue *queue, uint32_t id)
@@ -33,8 +33,8 @@ static bool is_unfinished(const struct queue *queue, uint32_t id)
     return false;
 }
 
-/* Renderer 1 does one lot; returns whether it got any. That it has the own one's tile, too, is no reason to
- * give that up. */
+/* Renderer 1 renders one lot; returns whether it got one. If it also gets the own renderer's tile, that one must not
+ * give it up yet. */
 static bool other_goes_on(struct scene_of_test *test)
 {
     struct queue *queue = test->service.queue;
@@ -48,7 +48,7 @@ static bool other_goes_on(struct scene_of_test *test)
     return count > 0;
 }
 
-/* While the own renderer is at its first tile, the other one does all else, and then this one. */
+/* While the own renderer is at its first tile, the other one renders everything else, and then this tile. */
 static bool render(void *state, const struct tile *tile, const struct refinement *refinements,
                    const struct pixel_floats *to, struct render_counts *counts)
 {
@@ -102,11 +102,11 @@ static void test_gives_up_what_is_finished(void **state)
     render_own(&test.server);
     assert_int_equal(test.begun, 1);
     assert_true(test.server.own_done);
-    /* It has told the queue so, and has not left as after a stop. */
+    /* It has reported that to the queue, and has not left as after a stop. */
     assert_int_equal(queue_tile_count(test.service.queue, 0), 0);
     assert_int_equal(stats[0].tiles, 0);
     assert_true(queue_count(test.service.queue).wasted_s > 0);
-    /* The main thread hears that it has left. */
+    /* The main thread is woken when it has left. */
     double begin = clock_wall();
     bell_wait(&bell, LONG_AFTER);
     assert_true(clock_wall() - begin < LONG_AFTER / 2);

@@ -1,4 +1,4 @@
-/* How fast renderers are, how much they get, and what the master may rely on. */
+/* Tests of the pace: how fast renderers are, how much work they get, and how long the master may sleep. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,8 +15,8 @@ static void assert_near(double value, double expected, double share)
         fail_msg("%g instead of %g", value, expected);
 }
 
-/* What answers cost beside their pixels, when these cost 4 ns each; and when nothing can be told, because
- * all have as many. */
+/* The fixed cost of answers if pixels cost 4 ns each, and if it cannot be determined because all answers have the same
+ * number of pixels. */
 static void test_service(void **state)
 {
     (void)state;
@@ -38,7 +38,7 @@ static void test_service(void **state)
     pace_free(&pace);
 }
 
-/* A lot of one second of work, of which all is answered after so long a time beside rendering it. */
+/* A lot of one second of work, whose answer comes after this delay besides rendering. */
 static void work_once(struct pace *pace, double *now, double delay)
 {
     pace_given(pace, 0, *now, 1);
@@ -46,7 +46,7 @@ static void work_once(struct pace *pace, double *now, double delay)
     pace_answered(pace, 0, *now, 1, 1, false);
 }
 
-/* Progress shows a few times a second, unless answers would then keep the master busy. */
+/* Lots are short enough for progress to show a few times per second, unless answers would then keep the master busy. */
 static void test_longest_lot(void **state)
 {
     (void)state;
@@ -64,14 +64,14 @@ static void test_longest_lot(void **state)
     pace_free(&pace);
 }
 
-/* No lot is shorter than what is known of it is old, but none is long beside the whole run. */
+/* No lot is shorter than a part of the delay, but none is long compared with the whole run. */
 static void test_delay(void **state)
 {
     (void)state;
     struct pace pace;
     double now = 0;
     pace_init(&pace, 1);
-    pace.total = 1000; /* seconds, as it will turn out */
+    pace.total = 1000; /* which take as many seconds */
     for (int i = 0; i < 200; i++)
         work_once(&pace, &now, 1e-6);
     double least = pace_least(&pace, 0);
@@ -121,7 +121,7 @@ static void test_delay_of_a_lot(void **state)
     pace_free(&pace);
 }
 
-/* Calm is until the first one of those who work is done, one who is late being no matter. */
+/* pace_calm() is the time until the first working renderer is done; late ones do not count. */
 static void test_calm(void **state)
 {
     (void)state;
@@ -129,7 +129,7 @@ static void test_calm(void **state)
     pace_init(&pace, 2);
     assert_true(pace_calm(&pace, 0) == 0);
     pace_given(&pace, 0, 0, 10);
-    assert_true(pace_calm(&pace, 0) == 0); /* nobody knows how long that takes */
+    assert_true(pace_calm(&pace, 0) == 0); /* it is not known how long that takes */
     pace_answered(&pace, 0, 20, 10, 20, false);
     assert_true(pace_calm(&pace, 20) == 0);
     pace_given(&pace, 0, 20, 4);
@@ -145,7 +145,7 @@ static void test_calm(void **state)
     pace_free(&pace);
 }
 
-/* What the first answers tell is taken to hold for no longer than they took, in the mean of all. */
+/* Predictions from the first answers are trusted for no longer than these took, in the mean of all renderers. */
 static void test_calm_of_few_answers(void **state)
 {
     (void)state;
@@ -161,7 +161,7 @@ static void test_calm_of_few_answers(void **state)
     pace_free(&pace);
 }
 
-/* Who has just been given something may be late, too, and what comes on top of it gives him longer. */
+/* A renderer that has just been given work may become late, too; more work gives it more time. */
 static void test_late(void **state)
 {
     (void)state;
@@ -169,7 +169,7 @@ static void test_late(void **state)
     pace_init(&pace, 2);
     assert_true(isinf(pace_next_late(&pace)));
     pace_given(&pace, 0, 0, 1);
-    assert_true(isinf(pace_next_late(&pace))); /* nobody knows how long that takes */
+    assert_true(isinf(pace_next_late(&pace))); /* it is not known how long that takes */
     pace_answered(&pace, 0, 2, 1, 2, false);
     assert_true(isinf(pace_next_late(&pace)));
     pace_given(&pace, 0, 2, 1);

@@ -1,4 +1,4 @@
-/* Rays in packets have the same bits as rays on their own, on every level of processor. */
+/* Tests that rays in packets give the same bits as single rays, on every level of processor. */
 #include "scene_fixture.h"
 
 #include "common/processor.h"
@@ -6,7 +6,7 @@
 
 #define RAYS 256
 
-/* Sets of rays that a packet takes, and that it cannot take. */
+/* Parameters of random rays, which packets accept or refuse. */
 struct flock {
     struct vec3 eye;
     double spread;     /* of targets */
@@ -20,7 +20,7 @@ static struct vec3 any_vertex(const struct scene *scene, uint64_t *random)
     return scene_vertices(scene)[random_below(random, (uint32_t)scene->vertices.count)];
 }
 
-/* On an edge but for rounding, often exactly. */
+/* A point on an edge up to rounding, often exactly. */
 static struct vec3 edge_middle(const struct scene *scene, uint64_t *random)
 {
     uint32_t index = random_below(random, (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count);
@@ -38,7 +38,7 @@ static struct ray flock_ray(const struct flock *flock, const struct scene *scene
     return ray_to(vec_scale(eye, flock->size), vec_scale(target, flock->target ? 1 : flock->size));
 }
 
-/* Neighbours of neighbours: packets and whole bundles near each other. */
+/* Makes rays of which those of a packet, and those of a bundle, are close to each other. */
 static void make_rays(const struct flock *flock, const struct scene *scene, uint64_t *random,
                       struct ray rays[RAYS])
 {
@@ -81,7 +81,7 @@ static void check_occluded(const struct scene *scene, const struct bvh *bvh,
     }
 }
 
-/* On from where they hit, towards a light. */
+/* Replaces the rays by rays from their hits towards a light. */
 static void leave_surfaces(const struct scene *scene, const struct hit hits[RAYS],
                            struct ray rays[RAYS], struct vec3 light)
 {
@@ -96,7 +96,7 @@ static void leave_surfaces(const struct scene *scene, const struct hit hits[RAYS
     }
 }
 
-/* They end where they hit, but for some units in the last place. */
+/* Lets the rays end at their hits, up to some units in the last place. */
 static void end_at_hits(const struct hit hits[RAYS], uint64_t *random, struct ray rays[RAYS])
 {
     for (int i = 0; i < RAYS; i++)
@@ -104,7 +104,7 @@ static void end_at_hits(const struct hit hits[RAYS], uint64_t *random, struct ra
             rays[i].t_max = hits[i].t * (1 + random_exponent(random, -3, 3) * 2 * UNIT_ROUNDOFF);
 }
 
-/* They start where they hit, but for rounding, on either side. */
+/* Lets the rays start at their hits, up to rounding, on either side. */
 static void start_at_hits(const struct hit hits[RAYS], struct ray rays[RAYS])
 {
     for (int i = 0; i < RAYS; i++)
@@ -161,7 +161,7 @@ static void check_scene(struct scene *scene, const struct flock *flock)
 static const struct flock from_afar = {.eye = {9, 11, 14}, .spread = 0.1, .size = 1};
 static const struct flock apart = {.eye = {9, 11, 14}, .spread = 0.5, .eye_spread = 0.2, .size = 1};
 
-/* Such that components of directions have both signs in a bundle, and some are 0. */
+/* Rays whose components of directions have both signs in a bundle, and some are 0. */
 static const struct flock both_ways[] = {
     {.eye = {0, 0, 14}, .spread = 1, .size = 1},
     {.eye = {0, 0, 14}, .spread = 1, .eye_spread = 0.2, .size = 1},
@@ -208,7 +208,7 @@ static void test_both_ways(void **state)
     }
 }
 
-/* Long ones, of which there are pieces in several leaves. */
+/* Long triangles, which have pieces in several leaves. */
 static void test_pieces(void **state)
 {
     (void)state;
@@ -226,7 +226,7 @@ static void test_vertices_and_edges(void **state)
     check_scene(finish_scene(sheet()), &from_afar);
 }
 
-/* Of triangles that lie in one plane, or on each other, the first counts. */
+/* Of triangles in one plane, or in one place, the first one counts. */
 static void test_coplanar(void **state)
 {
     (void)state;
@@ -272,7 +272,7 @@ static void add_planes(struct builder *builder, uint64_t *random, unsigned count
     }
 }
 
-/* All but some transparent, so that rays pass more than one. */
+/* Most planes are transparent, so that rays pass several. */
 static void test_planes(void **state)
 {
     (void)state;
@@ -284,7 +284,7 @@ static void test_planes(void **state)
     }
 }
 
-/* Of any size, up to where the boxes end that floats can hold. */
+/* Scenes of all sizes up to the limit of boxes in float. */
 static void test_sizes(void **state)
 {
     (void)state;
@@ -303,7 +303,7 @@ static double odd_component(uint64_t *random)
     return odd[random_below(random, sizeof odd / sizeof *odd)];
 }
 
-/* One such ray among others that are alike. */
+/* One unusual ray among similar ones. */
 static void test_odd_rays(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Triangles as a bundle of rays from one point sees them: what is told of them is so. */
+/* Tests of triangles and bundles of rays with a common origin: what is decided in float is true. */
 #include "scene_fixture.h"
 
 #include "worker/pinhole.h"
@@ -6,8 +6,8 @@
 #define SCENES 3000
 #define LOOKS  12
 
-/* From one point towards corners, edges and insides of triangles; the second packet keeps nearer
- * together than the first. */
+/* Rays from one point towards vertices, edges and inner points of triangles; those of the second packet are closer
+ * together than those of the first. */
 static void random_rays(uint64_t *random, const struct scene *scene, struct ray rays[2 * LANES])
 {
     const struct vec3 *at = scene_vertices(scene);
@@ -132,14 +132,14 @@ static void test_tells_the_truth(void **state)
         free(bvh);
         free(scene);
     }
-    /* Most is told, much of it by the window. */
+    /* Most is decided, much of it by the window. */
     assert_true(told.tested > UINT64_C(20) * SCENES);
     assert_true(told.passed_by > told.tested / 4);
     assert_true(told.crossed > told.tested / 40);
     assert_true(told.open < told.tested / 8);
 }
 
-/* Where a leaf is about the eye, behind it, too far away or too far aside, nothing is. */
+/* Nothing is decided for leaves that contain the eye, are behind it, too far away or too far aside. */
 static void test_leaves_open(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* What worker/pinhole.h computes in float is off by no more than it allows for, and by a good part of
- * that: edges' values, and how deep a triangle is crossed. */
+/* Tests of the error bounds of worker/pinhole.h: the values of edges and the depths of crossings, computed in float,
+ * err by no more than the bounds, and by a good part of them. */
 #include "scene_fixture.h"
 
 #include "worker/bvh_leaf.h"
@@ -7,17 +7,17 @@
 
 #define SIGHTS 6000
 
-/* A leaf's triangles are in a box of this size, of which a place is a unit. */
+/* A leaf's triangles are in a box of this size, in units of places. */
 #define BOX 65533.0
 
-/* How a leaf is looked at: in units, from the box's first corner, in the order of the shear's axes. */
+/* How a leaf is seen: in units, relative to the box's first corner, in the order of the shear's axes. */
 struct sight {
     unsigned axes[3];
     double unit;
     double depth;       /* Z */
     double x, y;        /* sx and sy of a ray in the middle */
-    struct vec3 target; /* which that one goes through */
-    double spread;      /* of the others there */
+    struct vec3 target; /* a point on that ray */
+    double spread;      /* of the other rays at that depth */
 };
 
 static struct vec3 in_scene(const struct sight *sight, struct vec3 v)
@@ -45,14 +45,14 @@ static struct vec3 random_in_box(uint64_t *random)
     return vec_add(vec3(BOX / 2, BOX / 2, BOX / 2), random_vector(random, BOX / 2));
 }
 
-/* Often one end of the range. */
+/* A random number of the range, often one of its ends. */
 static double random_or_extreme(uint64_t *random, double most)
 {
     double value = random_between(random, -most, most);
     return random_below(random, 3) > 0 ? copysign(most * (1 - 0x1p-10), value) : value;
 }
 
-/* Through the box, or past it as far as anything is told. */
+/* Rays through the box, or past it as far as anything is decided. */
 static struct sight random_sight(uint64_t *random)
 {
     struct sight sight = {.unit = ldexp(1, random_exponent(random, -10, 8))};
@@ -106,7 +106,7 @@ static void sliver(uint64_t *random, const struct sight *sight, struct vec3 at[3
     at[2] = vec_add(at[2], random_vector(random, ldexp(1, random_exponent(random, -2, 8))));
 }
 
-/* Seen edge-on: some rays see one of its sides, some the other, or places do not tell which. */
+/* A triangle seen edge-on: some rays see one side and some the other, or the places leave it open. */
 static void edge_on(uint64_t *random, const struct sight *sight, struct vec3 at[3])
 {
     struct vec3 middle = vec3(BOX / 2, BOX / 2, BOX / 2);
@@ -122,8 +122,8 @@ static double half_place(double place, bool above)
     return floor(place) + (above ? 0.5 : 0.5 - 0x1p-8);
 }
 
-/* Two corners in that corner of the box which is farthest aside. Their places are off to opposite
- * sides, so that all of it adds up in their edge's value. */
+/* A triangle with two vertices in the corner of the box that is farthest aside. Their places err in opposite
+ * directions, so that the errors add up in the value of their edge. */
 static void badly_rounded(uint64_t *random, const struct sight *sight, struct vec3 at[3])
 {
     double x = -sight->target.x, y = -sight->target.y;
@@ -137,7 +137,7 @@ static void badly_rounded(uint64_t *random, const struct sight *sight, struct ve
     at[2] = random_in_box(random);
 }
 
-/* As deep everywhere, and half a unit off. */
+/* A triangle of equal depth everywhere, whose places err by half a unit. */
 static void flat(uint64_t *random, const struct sight *sight, struct vec3 at[3])
 {
     any_triangle(random, sight, at);
@@ -152,8 +152,8 @@ static void add_in_sight(struct builder *builder, const struct sight *sight,
                  0);
 }
 
-/* The leaf's triangles, of which the first fills the box; and one that makes the tree so large that
- * rays may come from anywhere. */
+/* A scene of the leaf's triangles, of which the first fills the box, and of one that makes the tree so large that rays
+ * may come from anywhere. */
 static struct scene *scene_in_sight(uint64_t *random, const struct sight *sight)
 {
     static void (*const kinds[])(uint64_t *, const struct sight *, struct vec3 *) = {
@@ -176,7 +176,7 @@ static struct scene *scene_in_sight(uint64_t *random, const struct sight *sight)
     return finish_scene(builder);
 }
 
-/* All of them but that one, in no tree. The caller frees it. */
+/* A leaf outside of any tree, with all triangles except the last one. The caller frees it. */
 static struct bvh_leaf *leaf_in_sight(const struct scene *scene, const struct bvh *bvh)
 {
     struct bvh_leaf *leaves = malloc((LANES + corner_entries(LANES)) * sizeof *leaves);
@@ -187,7 +187,7 @@ static struct bvh_leaf *leaf_in_sight(const struct scene *scene, const struct bv
     return leaves;
 }
 
-/* A triangle and a ray, in units: without floats and places. */
+/* A triangle and a ray, in units, without the rounding to floats and places. */
 struct exact {
     double edge[3], sum, z;
 };
@@ -213,19 +213,19 @@ static struct exact exactly(const struct scene *scene, unsigned index, const str
     return exact;
 }
 
-/* What floats were off by at most, as parts of what they may be off by; and how often. */
+/* The largest errors, relative to their bounds, and the numbers of tests. */
 struct off {
     double edge, depth, weights;
     uint64_t leaves, near, aside, sided, edge_on, crossed;
 };
 
-/* What is told of a triangle and a ray. */
+/* What is decided of a triangle and a ray. */
 struct verdict {
     bool sided, passed_by, missed, crossed;
     double edge[3], z[3], error, from, to;
 };
 
-/* The mean of z with the edges' values for weights, each of which is off by its error. */
+/* The mean of z, weighted with the values of the edges, each of which is off by its error. */
 static double mean_of_z(const struct verdict *is, double error, unsigned more)
 {
     double sum = 0, weights = 0;
@@ -237,8 +237,8 @@ static double mean_of_z(const struct verdict *is, double error, unsigned more)
     return sum / weights;
 }
 
-/* Of a ray that certainly crosses the triangle: the depth is as told, and would be so with all that
- * the edges' values and places may be off by. */
+/* Checks, for a ray that certainly crosses the triangle, that the depth is within its bounds, also with the largest
+ * errors that the values of edges and the places may have. */
 static void check_depth(const struct verdict *is, const struct exact *exact, double unit, double dz,
                         struct off *off)
 {
@@ -253,7 +253,7 @@ static void check_depth(const struct verdict *is, const struct exact *exact, dou
     }
 }
 
-/* What edges' values are off by at most, on a side. */
+/* The largest error of the values of edges, for this side. */
 static double off_by(const struct verdict *is, const struct exact *exact, double side)
 {
     double most = 0;
@@ -262,7 +262,7 @@ static double off_by(const struct verdict *is, const struct exact *exact, double
     return most;
 }
 
-/* The side that was taken for the one that is seen, 1 or -1, is the one that values agree with. */
+/* Checks a verdict for the side, 1 or -1, with which the values agree. */
 static void check_verdict(const struct verdict *is, const struct exact *exact, struct off *off)
 {
     double one = off_by(is, exact, 1), other = off_by(is, exact, -1);
@@ -287,7 +287,7 @@ static double lane_of(struct floats a, unsigned lane)
     return (double)at[lane];
 }
 
-/* A leaf that is looked at. */
+/* A leaf and how it is seen. */
 struct looked {
     const struct scene *scene;
     const struct sight *sight;
@@ -295,7 +295,7 @@ struct looked {
     struct pinhole_triangles seen;
 };
 
-/* Triangle i and the rays of a packet. */
+/* Checks triangle i with the rays of a packet. */
 static void check_triangle(const struct looked *at, unsigned i, const struct packet *packet,
                            const struct pinhole_rays *through, const struct ray *rays,
                            struct off *off)

@@ -1,4 +1,4 @@
-/* Points in lanes against the functions for one point: the same bits. */
+/* Tests that points computed in lanes have the same bits as from the functions for one point. */
 #include "scene_fixture.h"
 
 #include "worker/corner.h"
@@ -9,7 +9,7 @@
 
 #define MATERIALS 5
 
-/* Scenes of this size around this place, scaled by this; far makes eyes that are far away. */
+/* Random scenes: their size, the point around which they are, and a factor of scale; far: the eye is far away. */
 struct recipe {
     uint64_t *random;
     double scale, far;
@@ -109,7 +109,7 @@ static struct ray ray_from_to(const struct recipe *recipe, struct vec3 from, str
     return ray_along(vec_add_scaled(from, way, -recipe->far * recipe->scale), way);
 }
 
-/* Either all on their own, or families that go much the same way from one point: bundles. */
+/* Random rays: independent ones, or groups of similar directions from one point, which form bundles. */
 static void random_rays(const struct recipe *recipe, struct ray *rays, uint32_t count)
 {
     bool alike = random_below(recipe->random, 3) > 0;
@@ -145,7 +145,7 @@ static void compare_point(const struct scene *scene, const struct bvh *bvh, cons
     assert_ptr_equal(found.material, at.material);
 }
 
-/* The points of hits, which may be told roughly, are those of the exact ones. */
+/* Asserts that the points of hits, which may be rough ones, are those of the exact hits. */
 static void compare_points(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                            const struct hit *told, const struct hit *hits, uint32_t count,
                            struct points *points)
@@ -156,7 +156,7 @@ static void compare_points(const struct scene *scene, const struct bvh *bvh, con
         compare_point(scene, bvh, &rays[points->slot[i]], &hits[points->slot[i]], points, i);
 }
 
-/* Lights near and far, and one on the mirror direction, where the highlight is. */
+/* A light near or far, or in the mirror direction, where the highlight is. */
 static struct light some_light(const struct recipe *recipe, const struct points *points)
 {
     struct light light = {.position = some_point(recipe), .color = {1, 0.5, 2}};
@@ -229,7 +229,7 @@ static void count_rough(const struct hit *hits, uint32_t count)
             rough_hits[primitive_kind(hits[i].primitive)]++;
 }
 
-/* A wave of rays, and one of the mirrored rays that go on from it. */
+/* Compares a wave of rays, and a wave of the reflected rays. */
 static uint32_t compare_waves(const struct recipe *recipe, const struct scene *scene,
                               const struct bvh *bvh)
 {
@@ -305,7 +305,7 @@ static void test_scenes_of_any_size(void **state)
     compare_scenes((struct recipe){&random, 1e-120, 0, {0, 0, 0}}, 10);
 }
 
-/* Of any shape: a needle, one far away; of any size. */
+/* A triangle of any shape and size, such as a needle, or one that is far away. */
 static void any_corners(uint64_t *random, struct vec3 corner[3])
 {
     double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -150, 150));
@@ -319,7 +319,7 @@ static void any_corners(uint64_t *random, struct vec3 corner[3])
     corner[2] = vec_scale(vec_add(a, corner[2]), size);
 }
 
-/* To a place in a triangle, perhaps next to an edge, from near or far and perhaps almost along it. */
+/* A ray to a point in a triangle, sometimes next to an edge, from near or far, sometimes almost in its plane. */
 static struct ray any_ray(uint64_t *random, const struct vec3 corner[3])
 {
     double near = random_below(random, 2) ? pow(10, -random_between(random, 0, 17)) : 1;
@@ -335,7 +335,7 @@ static struct ray any_ray(uint64_t *random, const struct vec3 corner[3])
     return ray_to(vec_add(to, way), to);
 }
 
-/* A hit of nearest() as it might be told roughly. */
+/* A rough hit that nearest_rough() might give for a hit of nearest(). */
 static struct hit roughened(uint64_t *random, const struct hit *hit)
 {
     double off = hit->t * pow(10, -random_between(random, 0, 15));
@@ -385,7 +385,7 @@ static struct vec3 lattice_point(uint64_t *random, double size)
     return vec_scale(vec3(x - 4, y - 4, random_below(random, 9) - 4.0), size);
 }
 
-/* Planes and cylinders that are seen from their edge, or almost: most of what is multiplied cancels. */
+/* Adds planes and cylinders that are seen edge-on or almost so, for which most products cancel. */
 static void add_flat(struct builder *builder, uint64_t *random, struct vec3 at[2])
 {
     const struct vec3 normals[] = {{0, 1, 0}, {0.6, 0, 0.8}, {0, -0.8, 0.6}};
@@ -472,7 +472,7 @@ static void test_sample_rays(void **state)
 
 /* ---- their order ---- */
 
-/* The way along all of them, one behind the other; each is there once. */
+/* The length of the path through all points in this order. Asserts that each is there once. */
 static double way_along(const struct points *points, const uint32_t order[WAVE])
 {
     bool seen[WAVE] = {false};
@@ -488,7 +488,7 @@ static double way_along(const struct points *points, const uint32_t order[WAVE])
     return way;
 }
 
-/* Dense ones, in a box of any size, are put side by side; others, and a packet's, stay as they are. */
+/* Dense points in a box of any size are sorted; other points, and those of a single packet, keep their order. */
 static void test_order(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* What the pre-pass shows of the picture. */
+/* Tests of the preview, which has the colours of the pre-pass. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,7 +11,7 @@
 
 enum { WIDTH = 41, HEIGHT = 30, EDGE = 10 };
 
-/* The middles of some blocks of a row, as cost_probe() has it: the last, narrow column has none. */
+/* A probe tile of some blocks of a row, as from cost_probe(); the last, narrow column has no probe. */
 static struct tile probe(uint32_t column, uint32_t blocks, uint32_t row)
 {
     return (struct tile){.x = column * EDGE,
@@ -50,7 +50,7 @@ static void test_nearest_block(void **state)
     preview_free(&preview);
 }
 
-/* Probes that come later take the place of what stood in for them. */
+/* Probes that come later replace the colours that were filled in for them. */
 static void test_completed_before_all_are_back(void **state)
 {
     (void)state;

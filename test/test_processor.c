@@ -1,4 +1,4 @@
-/* What a processor may be asked for, whatever this one has. */
+/* Tests of the levels of processor, whichever this one supports. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -32,7 +32,7 @@ static void test_choices(void **state)
     check_choices(PROCESSOR_AVX512, "auto, portable, avx2 or avx512");
 }
 
-/* Of this one: auto is something that it has. */
+/* "auto" resolves to a level that this processor supports. */
 static void test_resolve(void **state)
 {
     (void)state;

@@ -55,7 +55,8 @@ static void screen_close(struct screen *screen)
     close(screen->descriptor);
 }
 
-/* What has been written since the last call: up to a byte behind it, as a terminal hands it over bit by bit. */
+/* What has been written since the last call. As a terminal passes text on in parts, a byte is written after the text,
+ * and everything up to this byte is read. */
 static const char *screen_read(struct screen *screen)
 {
     static const char last = '\1';
@@ -117,7 +118,7 @@ static void test_bar(void **state)
     screen_close(&screen);
 }
 
-/* Of passes the tiles of the one that runs. */
+/* Only the tiles of the current pass are shown. */
 static void test_tiles_of_a_pass(void **state)
 {
     (void)state;
@@ -134,7 +135,7 @@ static void test_tiles_of_a_pass(void **state)
     screen_close(&screen);
 }
 
-/* All widths: one line, never as long as the window, the percentage as long as there is room. */
+/* At all widths the bar is one line, shorter than the window, with the percentage if there is room. */
 static void test_bar_fits(void **state)
 {
     (void)state;
@@ -185,7 +186,7 @@ static const char *screen_warn(struct screen *screen)
     return screen_read(screen);
 }
 
-/* A message has a line of its own, and the bar stands below it when it comes again. */
+/* A message gets a line of its own, and the bar is redrawn below it. */
 static void test_message_between(void **state)
 {
     (void)state;
@@ -219,7 +220,7 @@ static void test_nothing_to_clean(void **state)
     screen_close(&screen);
 }
 
-/* The time left is not told from the first pixels, then follows without jumps. */
+/* The time left is not shown after the first pixels alone, then changes without jumps. */
 static void test_time_left(void **state)
 {
     (void)state;
@@ -243,7 +244,7 @@ static void test_time_left(void **state)
     screen_close(&screen);
 }
 
-/* A run of 1.6 s that begins with what is dear: 5 s are left at first, as far as anybody knows. */
+/* A run of 1.6 s that begins with the expensive tiles, so that at first 5 s seem to be left. */
 static void test_time_left_of_a_short_run(void **state)
 {
     (void)state;
@@ -265,7 +266,7 @@ static void test_time_left_of_a_short_run(void **state)
     screen_close(&screen);
 }
 
-/* What an earlier run has finished tells nothing of this one's speed. */
+/* What an earlier run has finished does not count in this run's speed. */
 static void test_time_left_resumed(void **state)
 {
     (void)state;
@@ -283,7 +284,7 @@ static void test_time_left_resumed(void **state)
     screen_close(&screen);
 }
 
-/* An estimate of the whole that grows does not take back what was shown, but for the next pass. */
+/* If the estimate of the total work grows, the share shown does not decrease, except for the next pass. */
 static void test_never_backwards(void **state)
 {
     (void)state;
@@ -304,7 +305,7 @@ static void test_never_backwards(void **state)
     screen_close(&screen);
 }
 
-/* What earlier passes have done is no part of one, though it says how fast things go. */
+/* Work of earlier passes is not part of the current pass, but counts in the speed. */
 static void test_share_of_a_pass(void **state)
 {
     (void)state;
@@ -336,7 +337,7 @@ static void test_share_of_a_pass(void **state)
     screen_close(&screen);
 }
 
-/* A limit is what is left at most; where nothing else ends the run, it is what is done, too. */
+/* A time limit bounds the time left. If nothing else ends the run, it also determines the share shown. */
 static void test_limit(void **state)
 {
     (void)state;
@@ -411,7 +412,7 @@ static void test_lines(void **state)
     fclose(out);
 }
 
-/* Elapsed is the time of the run, rates and what is left are of rendering. */
+/* The elapsed time is that of the run; rates and the time left are those of rendering. */
 static void test_elapsed_before(void **state)
 {
     (void)state;

@@ -64,7 +64,7 @@ static void test_counts_add(void **state)
     assert_true(isinf(sum.truncation));
 }
 
-/* The first in the picture, in whatever order they come. */
+/* The first bad sample in picture order is kept, in whatever order they are added. */
 static void test_first_bad_sample(void **state)
 {
     (void)state;
@@ -149,7 +149,7 @@ static void test_result(void **state)
     struct result_header header = good;
     assert_true(result_message_valid(&header, bytes, &good_tile, false));
     assert_false(result_message_valid(&header, bytes - 1, &good_tile, false));
-    /* What follows may be another tile's. */
+    /* What follows may belong to another tile. */
     assert_true(result_message_valid(&header, bytes + 8, &good_tile, false));
     assert_false(result_message_valid(&header, 0, &good_tile, false));
     header.tile_id = 8;
@@ -239,7 +239,7 @@ static void test_lot_header(void **state)
     assert_int_equal(lot_report_bytes(LOT_TILES), 4 * LOT_TILES);
 }
 
-/* A header alone: of no tile that is done. */
+/* A header alone, of a tile that takes long. */
 static void test_unfinished(void **state)
 {
     (void)state;
@@ -302,7 +302,7 @@ static void test_stats_numbers(void **state)
     stats.counts.truncation = (double)NAN;
     assert_false(stats_message_valid(&stats, sizeof stats, 0));
     stats.counts.truncation = 0;
-    stats.counts.first.origin.x = (double)NAN; /* what it is there to tell */
+    stats.counts.first.origin.x = (double)NAN; /* valid, as a bad sample may have such a ray */
     assert_true(stats_message_valid(&stats, sizeof stats, 0));
     uint32_t *const places[] = {&stats.counts.first.x, &stats.counts.first.y,
                                 &stats.counts.first.sample};
@@ -352,7 +352,7 @@ static void test_ready_and_start(void **state)
     assert_false(start_message_valid(&start, sizeof start));
 }
 
-/* What only the master fills in is not taken from others. */
+/* A field that only the master sets must be 0 in messages. */
 static void test_silent_is_not_sent(void **state)
 {
     (void)state;

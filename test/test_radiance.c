@@ -1,4 +1,4 @@
-/* How bright a ray can be: of surfaces, of rays, and what a pruned picture claims because of it. */
+/* Tests of the bounds on the brightness of surfaces and rays, and of the errors that pruned pictures claim by them. */
 #include "test/scene_fixture.h"
 
 #include "test/view_fixture.h"
@@ -31,7 +31,7 @@ static struct vec3 direct_in(const struct scene *scene, const struct material *m
     return most;
 }
 
-/* No point of a box, whatever its normal and from wherever it is seen, shows more than that. */
+/* No point of a box is brighter than the bound, for any normal and direction of view. */
 static void test_direct(void **state)
 {
     (void)state;
@@ -77,7 +77,7 @@ static void test_direct(void **state)
         }
         free(scene);
     }
-    assert_true(closest > 0.9); /* and it is not far above what there is */
+    assert_true(closest > 0.9); /* and the bound is tight */
 }
 
 /* Two opposite lights cannot light a surface together. */
@@ -105,8 +105,8 @@ static void test_opposite_lights(void **state)
     free(scene);
 }
 
-/* A far light nearly behind a near one: from the end of a box that is farthest aside of the near one, both
- * together light a surface as much as is claimed, but for what the far one's cone is wide. */
+/* A far light nearly opposite to a near one: at the end of the box that is farthest aside of the near one, both
+ * together light a surface as much as the bound says, up to the width of the far one's cone. */
 static void test_nearly_opposite_lights(void **state)
 {
     (void)state;
@@ -136,7 +136,8 @@ static void test_nearly_opposite_lights(void **state)
 
 static const struct vec3 one = {1, 1, 1};
 
-/* A mirror ball in the sky: a ray past it is the sky's, one to it has what the sky leaves. */
+/* A mirror ball under a sky: a ray that misses it has the sky's bound, one that may hit it has that of the reflected
+ * sky. */
 static void test_rays(void **state)
 {
     (void)state;
@@ -156,7 +157,7 @@ static void test_rays(void **state)
     struct ray off = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_SPHERE, 0), 0};
     double sky = radiance_of(&radiance, &past, one, 1, true);
     assert_true(sky >= 0.75 && sky < 0.75 + 1e-12);
-    assert_true(radiance_of(&radiance, &off, one, 1, false) == sky); /* not itself again */
+    assert_true(radiance_of(&radiance, &off, one, 1, false) == sky); /* it cannot hit the ball */
     double ball = radiance_of(&radiance, &at, one, 20, true);        /* nothing below max_depth */
     assert_true(ball == sky);
     double half = radiance_of(&radiance, &at, vec3(0, 0.5, 0.25), 1, false);
@@ -167,7 +168,7 @@ static void test_rays(void **state)
     free(scene);
 }
 
-/* Between mirrors that lose nothing a ray brings what it meets on its own level and on each one below. */
+/* Between lossless mirrors a ray can bring the light that is added at its own level and at each one below. */
 static void test_lossless_levels(void **state)
 {
     (void)state;
@@ -199,7 +200,7 @@ static void test_lossless_levels(void **state)
     free(scene);
 }
 
-/* A mirror of some shape in the dark, which shines a little. */
+/* A mirror in the dark, a ball or a cone, that adds a little light of its own. */
 static struct scene *mirror_in_the_dark(const struct material *mirror, bool cone, uint32_t formulas,
                                         uint32_t max_depth)
 {
@@ -219,7 +220,7 @@ static struct scene *mirror_in_the_dark(const struct material *mirror, bool cone
     return finish(builder, &view);
 }
 
-/* From inside of a mirror that adds a tenth at every reflection: all of them are counted that there may be. */
+/* Inside of a mirror that adds a tenth at every reflection: the bound counts all possible reflections. */
 static void test_all_levels(void **state)
 {
     (void)state;
@@ -246,7 +247,7 @@ static void test_all_levels(void **state)
     free(scene);
 }
 
-/* Whether it is thought possible that a ray from the mirror meets that again. */
+/* Whether the bound assumes that a ray from the mirror may hit it again. */
 static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct vec3 direction)
 {
     const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
@@ -264,8 +265,8 @@ static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct
     return most > 0;
 }
 
-/* Outside of a ball it does not; inside it does, however short the way is, and so it does in a tube. The
- * paper's formulas let it meet what it has left. */
+/* A ray that leaves a ball outward does not; one inside does, however short its path, and so does one in a tube. With
+ * the paper's formulas a ray may always hit the surface that it has left. */
 static void test_met_again(void **state)
 {
     (void)state;
@@ -299,7 +300,7 @@ static void test_box_met_again(void **state)
     free(scene);
 }
 
-/* Past a ball: the paper's formulas may be wrong by more than it is large, and find that it is met. */
+/* A ray that misses a ball: the paper's formulas may err by more than its size, and find a hit. */
 static void test_past(void **state)
 {
     (void)state;
@@ -364,7 +365,7 @@ static struct scene *random_scene(uint64_t *random, int family)
     return finish(builder, &view);
 }
 
-/* The pixel alone: what it claims is its own. */
+/* Renders a single pixel; returns the error that it claims. */
 static double render_pixel(struct renderer *renderer, uint32_t pixel, float rgb[3],
                            struct render_counts *counts)
 {
@@ -378,7 +379,7 @@ struct coverage {
     double largest; /* error / claim */
 };
 
-/* The pixels of a picture against a far deeper one; its own claim is allowed for. */
+/* Compares the pixels of a picture with a far deeper one, whose own claimed error is allowed for. */
 static void compare(struct scene *scene, const struct bvh *bvh, const float *deep,
                     const double *left, struct coverage *coverage)
 {
@@ -437,8 +438,7 @@ static void test_claims(void **state)
     }
 }
 
-/* Surfaces that pass on more than they get: the claim is infinite, and all that is asked for is
- * traced. */
+/* Surfaces that pass on more light than they get: the claimed error is infinite, and all requested rays are traced. */
 static void test_growing_light(void **state)
 {
     (void)state;
@@ -466,8 +466,7 @@ static void test_growing_light(void **state)
     free(scene);
 }
 
-/* Surfaces that let more light through than there is, where shadows are looked for: nobody knows how much of a
- * light there may be behind them. */
+/* Surfaces that amplify transmitted light, with shadow rays: there is no bound on the light behind them. */
 static void test_light_through_growing(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 /*
- * Jobs whose files lie in many folders: nothing outside of CONFIG's own is read unless it is allowed
- * or named on the command line.
+ * Tests of jobs with files in many folders: nothing outside of CONFIG's folder is read unless that is allowed or the
+ * file is named on the command line.
  */
 #include "test/scratch.h"
 
@@ -28,7 +28,8 @@ static int make_folders(void **state)
     return symlink("../scenery/face.obj", "scene/link.obj") != 0;
 }
 
-/* The message for a file outside: where it was named, and its path as farm sees it. */
+/* Asserts that loading this text gives the message for a file outside. where: the place that names it; path: the file's
+ * path in the message. */
 static void outside(void **state, const char *text, const char *where, const char *path)
 {
     struct scratch *s = *state;
@@ -93,7 +94,7 @@ static void test_inside(void **state)
     free(scratch_scene(s, "scenery/../scenery/ball.nff", NULL));
 }
 
-/* What an argument names is the user's wish, and so is what stands beside it. */
+/* A file that an argument names may be anywhere, and so may files in its folder. */
 static void test_arguments(void **state)
 {
     struct scratch *s = *state;
@@ -110,7 +111,8 @@ static void test_arguments(void **state)
     scratch_refused(s, "scene/scene.ini", "include p.file=scenery/up.ini", line);
 }
 
-/* What does not exist is missing, wherever it would be; that it could not be read there is told with it. */
+/* A file that does not exist is reported as missing, wherever it would be; the message also says that it could not be
+ * read there. */
 static void test_missing_outside(void **state)
 {
     struct scratch *s = *state;

@@ -1,4 +1,4 @@
-/* Whole tiles: ray trees, pruning and its bound, independence of the tile. */
+/* Tests of whole tiles: ray trees, pruning and its bound, and that pictures do not depend on the tiles. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -144,7 +144,7 @@ static double largest_difference(const struct picture *a, const struct picture *
     return largest;
 }
 
-/* What pruning promises holds in every pixel, and it saves rays. */
+/* The bound of pruning holds in every pixel, and pruning saves rays. */
 static void test_cutoff_keeps_its_bound(void **state)
 {
     (void)state;
@@ -311,8 +311,7 @@ static void add_cube(struct builder *builder, bool common, uint32_t m)
     }
 }
 
-/* Rays that meet the edges of a closed mesh exactly do not get out where they are thrown back, nor through glass into
- * the wrong medium. */
+/* Rays that exactly meet edges of a closed mesh are not reflected out of it, nor refracted into the wrong medium. */
 static void test_edges_do_not_leak(void **state)
 {
     (void)state;
@@ -353,8 +352,8 @@ static void test_eye_inside_glass(void **state)
     assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
 }
 
-/* A block of glass at another, two faces in one plane: what is thrown back between the two crosses each of
- * them as often as it has to, so that all is matched, and all that goes in comes out into a sky of 1. */
+/* Two blocks of glass with two faces in one plane: a ray that is reflected between the two crosses each face as often
+ * as it must, so that all media match, and all light that goes in comes out into a sky of 1. */
 static void test_glass_on_glass(void **state)
 {
     (void)state;
@@ -399,7 +398,7 @@ static void test_equal_media_are_one(void **state)
     assert_true(largest_difference(&pictures[0], &pictures[2]) > 1e-3);
 }
 
-/* Two lights that add up to infinity: counted, and the first one told, whatever the tiles are. */
+/* Two lights whose sum is infinite: such samples are counted, and the first one is reported, whatever the tiles are. */
 static void test_bad_samples_are_told(void **state)
 {
     (void)state;
@@ -432,7 +431,7 @@ static void test_bad_samples_are_told(void **state)
     assert_true(first->origin.z == 6 && first->depth == 0 && first->direction.z < 0);
 }
 
-/* A mirror that shows no light of its own: what is seen in it is found by rays of depth 1. */
+/* Adds a mirror without light of its own, so that what is seen in it is found by rays of depth 1. */
 static void add_mirror(struct builder *builder)
 {
     uint32_t mirror;
@@ -441,7 +440,7 @@ static void add_mirror(struct builder *builder)
     add_disc(builder, 0, 1, mirror);
 }
 
-/* The sample that cannot be held is told with the depth at which it is spoilt. */
+/* A bad sample is reported with the depth of the ray that causes it. */
 static void test_bad_in_a_mirror(void **state)
 {
     (void)state;
@@ -458,7 +457,7 @@ static void test_bad_in_a_mirror(void **state)
     assert_true(picture.counts.nonfinite > 0 && picture.counts.first.depth == 1);
 }
 
-/* A sheet of glass is no solid: what has gone in does not come out. */
+/* A sheet of glass is no solid: rays that enter through it never leave. */
 static void test_open_media_are_counted(void **state)
 {
     (void)state;
@@ -471,8 +470,8 @@ static void test_open_media_are_counted(void **state)
     assert_int_equal(picture.counts.primary_hits, SIZE * SIZE); /* not those behind */
 }
 
-/* Of glass that is left without having been entered, the picture tells as far as it goes: what lies behind
- * max_depth is no part of it. */
+/* Glass that is left without having been entered is counted for rays of the picture only, not for those beyond
+ * max_depth. */
 static void test_bound_rays_tell_no_media(void **state)
 {
     (void)state;
@@ -489,7 +488,7 @@ static void test_bound_rays_tell_no_media(void **state)
     }
 }
 
-/* What floats cannot hold is not finite, even where doubles can. */
+/* Samples too large for floats count as not finite, even if doubles can hold them. */
 static void test_too_bright_for_floats(void **state)
 {
     (void)state;
@@ -503,7 +502,7 @@ static void test_too_bright_for_floats(void **state)
     assert_int_equal(picture.counts.nonfinite, 0);
 }
 
-/* Catalogue 47: whatever is small counts beside what is large. */
+/* Catalogue 47: small terms are not lost beside large ones. */
 static void test_color_sum(void **state)
 {
     (void)state;
@@ -564,7 +563,7 @@ static void test_lights_in_a_plane(void **state)
     }
 }
 
-/* The cluster, ready to be rendered with so many samples. */
+/* A scene that is ready to be rendered. */
 struct prepared {
     struct scene *scene;
     void *memory; /* of the BVH */
@@ -598,7 +597,7 @@ static void prepared_free(struct prepared *prepared)
     free(prepared->scene);
 }
 
-/* Of four samples those of even number are one half, those of odd number the other one; a pass of two tells
+/* Of four samples those of even number are one half, those of odd number the other one; a pass of two samples gives
  * each of them. */
 static void test_spread_of_four_samples(void **state)
 {
@@ -639,7 +638,7 @@ static void test_spread_of_four_samples(void **state)
     prepared_free(&four);
 }
 
-/* Of three samples, two of which are one half, errors count by what halves of that size err by at edges. */
+/* With three samples, of which two are one half, the errors of the halves are weighted as for edges. */
 static void test_error_of_three_samples(void **state)
 {
     (void)state;
@@ -676,7 +675,7 @@ static void test_passes_add_up(void **state)
     for (uint8_t pass = 0; pass < 4; pass++) {
         uint32_t in = 0;
         for (uint32_t k = 0; k < PIXELS; k++) {
-            /* Some pixels are through after two passes, some come in all four. */
+            /* Some pixels have all samples after two passes, some get samples in all four. */
             unsigned step = k % 3 == 0 ? 1 : 2, from = pass * step, to = from + step;
             refinements[k].from = (uint8_t)(from < 4 ? from : 4);
             refinements[k].to = (uint8_t)(to < 4 ? to : 4);
@@ -706,7 +705,7 @@ static bool count_wave(void *waves)
     return false;
 }
 
-/* How often a renderer of 256 pixels looks up that has so many lights. */
+/* The number of waves that 256 pixels take with this number of lights. */
 static unsigned waves_with(uint32_t lights)
 {
     struct builder *builder = builder_create();
@@ -727,7 +726,7 @@ static unsigned waves_with(uint32_t lights)
     return waves;
 }
 
-/* Each ray that meets something may have a shadow ray to each of them. */
+/* With many lights waves are short, as each hit may need a shadow ray to each light. */
 static void test_many_lights_make_short_waves(void **state)
 {
     (void)state;

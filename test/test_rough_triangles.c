@@ -1,4 +1,4 @@
-/* Triangles in float, of rounded corners: what is told of them is so, whatever the sizes. */
+/* Tests of triangles in float with rounded vertices: what is decided of them is true, at all sizes. */
 #include "scene_fixture.h"
 
 #include "worker/rough_triangles.h"
@@ -6,7 +6,7 @@
 #define SCENES 4000
 #define RAYS   40
 
-/* Towards a corner, an edge or the inside of a triangle, or past it, from near or far. */
+/* A ray towards a vertex, an edge or an inner point of a triangle, or past it, from near or far. */
 static struct ray random_ray(uint64_t *random, const struct scene *scene)
 {
     uint32_t count = (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count;
@@ -29,7 +29,7 @@ struct told {
     uint64_t tested, missed, certain, open;
 };
 
-/* With LANES triangles of a leaf with `count`, from the first-th on. */
+/* Checks a ray with LANES triangles of a leaf of `count` triangles, from number `first` on. */
 static void check_ray(const struct scene *scene, const struct bvh *bvh,
                       const struct bvh_leaf *leaves, uint32_t count, uint32_t first,
                       const struct ray *ray, struct told *told)
@@ -81,14 +81,14 @@ static void test_tells_the_truth(void **state)
         free(bvh);
         free(scene);
     }
-    /* Most is told, of misses and of crossings. */
+    /* Most misses and most crossings are decided. */
     assert_true(told.tested > UINT64_C(10) * SCENES);
     assert_true(told.missed > told.tested / 4);
     assert_true(told.certain > told.tested / 40);
     assert_true(told.open < told.missed / 4);
 }
 
-/* Where places mean nothing, or the leaf is too far away or aside, nothing is told. */
+/* Nothing is decided if places have no meaning, or the leaf is too far away or aside. */
 static void test_leaves_open(void **state)
 {
     (void)state;

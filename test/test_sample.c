@@ -37,9 +37,9 @@ static void test_single_sample_is_central(void **state)
 }
 
 /*
- * Over many pixels: every place is as likely, and no two of the samples that shall not know of each
- * other do. Of N values in [0, 1) that are independent, mean (a - 1/2)(b - 1/2) is 0 with a standard
- * deviation of 1 / (12 sqrt N), the mean of a is 1/2 with 1 / sqrt(12 N); five of them are allowed.
+ * Over many pixels: positions are uniformly distributed, and samples that must be independent are. Of N values in [0,
+ * 1) that are independent, mean (a - 1/2)(b - 1/2) is 0 with a standard deviation of 1 / (12 sqrt N), the mean of a is
+ * 1/2 with 1 / sqrt(12 N); five of them are allowed.
  */
 static void test_halves_and_pixels_are_independent(void **state)
 {
@@ -87,7 +87,7 @@ static double area_below(uint32_t pixel)
     return sum;
 }
 
-/* At an edge the error goes down as n^-3/4, and the halves tell how large it is. */
+/* At an edge the error goes down as n^-3/4, and the halves estimate it correctly. */
 static void test_error_at_edges(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* What a run has finished is there for the next one, each pixel and second once; nothing else is. */
+/* Tests of saving: what a run has finished is there for the next one, with each pixel and second counted once, and
+ * nothing else is. */
 #include "test/scratch.h"
 
 #include <math.h>
@@ -43,7 +44,7 @@ static struct tile tile_at(uint32_t x, uint32_t w, uint32_t pass)
     return (struct tile){.x = x, .w = w, .h = EDGE, .step = 1, .pass = pass};
 }
 
-/* 2 s of wall time, 1 s of the processor's. */
+/* A result that took 2 s of wall time and 1 s of CPU time. */
 static struct result_header result_of(uint32_t pixels)
 {
     return (struct result_header){
@@ -65,7 +66,7 @@ static struct save *open_save(struct scratch *s, struct canvas *canvas, struct a
     return open_at(s, PATH, canvas, adaptive);
 }
 
-/* Ends the save with all that has come in the journal. */
+/* Ends the save; everything so far is in the journal. */
 static void keep(struct save *save)
 {
     struct save_kept kept = save_keep(save);
@@ -76,7 +77,7 @@ static void keep(struct save *save)
 
 /* ---- all samples of a pixel at once ---- */
 
-/* A picture of which every number is another one. */
+/* Fills a picture with values that are all different. */
 static void fill(struct canvas *canvas)
 {
     canvas_init(canvas, WIDTH, EDGE);
@@ -84,7 +85,7 @@ static void fill(struct canvas *canvas)
         canvas->rgb[i] = (float)(i + 1);
 }
 
-/* It took 2 s, and one more for each tile to the left of it. */
+/* Saves a tile that took 2 s, and one second more for each tile to the left of it. */
 static void save_at(struct save *save, uint32_t x, uint32_t w)
 {
     struct tile tile = tile_at(x, w, 0);
@@ -93,7 +94,7 @@ static void save_at(struct save *save, uint32_t x, uint32_t w)
     save_tile(save, &tile, &header);
 }
 
-/* Whether just these columns have come back. */
+/* Checks that exactly these columns have come back. */
 static void check_columns(const struct canvas *found, const struct canvas *whole, uint32_t begin,
                           uint32_t end)
 {
@@ -112,7 +113,7 @@ static void test_tiles_come_back(void **state)
     save_start(save, TILES, PIXELS);
     save_at(save, 0, EDGE);
     save_at(save, EDGE, EDGE);
-    save_at(save, 0, 2 * EDGE); /* it brings nothing new, and is what the others come to */
+    save_at(save, 0, 2 * EDGE); /* it brings nothing new: the same pixels as the others together */
     clock_sleep(0.02);          /* the thread has begun to wait */
     double begin = clock_wall();
     keep(save);
@@ -124,12 +125,12 @@ static void test_tiles_come_back(void **state)
     struct tile first = tile_at(0, EDGE, 0), wider = tile_at(EDGE, EDGE + 1, 0);
     assert_int_equal(save_use(save, &first), EDGE * EDGE);
     assert_int_equal(save_use(save, &wider), EDGE * EDGE);
-    /* A tile that is not there as a whole is rendered again, and what it took then is not counted. */
+    /* A tile that is not there completely is rendered again, and its earlier time is not counted. */
     struct found_sums sums = save_used(save);
     assert_true(sums.busy_s == 1 && sums.cpu_s == 0.5 && sums.repeated_s == 1);
     assert_true(sums.counts.rays[0] == 10 * EDGE * EDGE);
     save_start(save, 1, EDGE * EDGE);
-    /* But its pixels are there. */
+    /* But its pixels are in the picture. */
     struct tile all = tile_at(0, WIDTH, 0);
     assert_int_equal(coverage_count(save_coverage(save), &wider), EDGE * EDGE);
     assert_int_equal(coverage_count(save_coverage(save), &all), 2 * EDGE * EDGE);
@@ -162,7 +163,7 @@ static void run_close(struct run *run)
     canvas_free(&run->canvas);
 }
 
-/* Renders what the pass asks for in so many columns, which takes 1 s; whether it is saved, too. */
+/* Renders what the pass asks for in w columns from x on, which takes 1 s, and saves it if `saved`. */
 static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
 {
     static float part[REFINED_FLOATS * PIXELS];
@@ -179,8 +180,8 @@ static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
     adaptive_put(run->adaptive, &tile, part, header.cpu_s);
 }
 
-/* Passes follow one from the other as they did, also where there was only so much time for one; tiles that
- * overlap take their part of the time. */
+/* Passes are planned again as they were, also if the time for one was limited. Tiles that overlap count with their
+ * share of the time. */
 static void check_passes(struct scratch *s, double left_s)
 {
     struct run first, next;
@@ -214,7 +215,7 @@ static void test_passes_come_back(void **state)
     check_passes(*state, 3);
 }
 
-/* A pass 0 that was cut off, and lattices behind it: nothing of them is lost or rendered again. */
+/* A pass 0 that was cut off, and passes for lattices after it: nothing of them is lost or rendered again. */
 static void test_lattices_come_back(void **state)
 {
     struct scratch *s = *state;
@@ -243,7 +244,7 @@ static void test_lattices_come_back(void **state)
     run_close(&next);
 }
 
-/* Of pass 0 nothing is left: what lattices brought elsewhere counts all the same. */
+/* If nothing of pass 0 is left, the samples of lattices elsewhere still count. */
 static void test_lattices_alone_come_back(void **state)
 {
     struct scratch *s = *state;
@@ -253,7 +254,7 @@ static void test_lattices_alone_come_back(void **state)
     render(&first, 0, EDGE, false);
     adaptive_cut(first.adaptive, 1000);
     assert_true(adaptive_plan(first.adaptive, 0));
-    render(&first, 0, EDGE, true); /* by a plan in which pixels of pass 0 are there */
+    render(&first, 0, EDGE, true); /* by a plan that assumes pixels of pass 0 */
     render(&first, EDGE, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
@@ -267,7 +268,7 @@ static void test_lattices_alone_come_back(void **state)
     run_close(&next);
 }
 
-/* A part goes on top of what it was planned for: not where that is lost. */
+/* A part is added to the samples that it was planned with, and not used if these are lost. */
 static void test_lost_below(void **state)
 {
     struct scratch *s = *state;
@@ -288,7 +289,7 @@ static void test_lost_below(void **state)
 
 /* ---- records are checked like messages ---- */
 
-/* What no run has said of a tile. */
+/* Makes a header that no run writes. */
 static void make_strange(struct result_header *header, int way)
 {
     if (way == 0) header->cpu_s = -1;
@@ -296,7 +297,7 @@ static void make_strange(struct result_header *header, int way)
     if (way == 2) header->counts.truncation = (double)NAN;
 }
 
-/* A tile with such a header, of this place and pass, is not used by a run whose picture is so wide. */
+/* Checks that a record with such a header, position and pass is not used by a run with a picture of this width. */
 static void check_refused(struct scratch *s, bool adaptive, uint32_t x, uint32_t pass, int way,
                           uint32_t width)
 {
@@ -333,7 +334,7 @@ static void test_strange_records(void **state)
     }
 }
 
-/* A disk that has not enough room is found out before anything is rendered. */
+/* A disk without enough room is noticed before anything is rendered. */
 static void test_room_is_looked_for(void **state)
 {
     struct scratch *s = *state;
@@ -349,7 +350,7 @@ static void test_room_is_looked_for(void **state)
     canvas_free(&canvas);
 }
 
-/* Plans follow from the target, so it is part of what a journal belongs to. */
+/* Plans depend on the target, so a journal belongs to one target. */
 static void test_other_target(void **state)
 {
     struct scratch *s = *state;
@@ -369,7 +370,7 @@ static void test_other_target(void **state)
 
 /* ---- where nothing can be written ---- */
 
-/* In all folders that are tried; where the journal is called a.journal. */
+/* The number of copies of a.journal in all folders that are tried. */
 static unsigned count_copies(void)
 {
     unsigned copies = 0;
@@ -382,8 +383,8 @@ static unsigned count_copies(void)
     return copies;
 }
 
-/* No file may have more than one tile of three: what is lost is told, the rest stands where it was, as
- * no other place takes more. */
+/* No file may be larger than one tile of three: the loss is reported, and the rest stays in its file, as no other
+ * place has more room. */
 static void test_no_room_anywhere(void **state)
 {
     struct scratch *s = *state;
@@ -399,7 +400,7 @@ static void test_no_room_anywhere(void **state)
                                                               before.rlim_max}),
                      0);
     message_capture(s->said, sizeof s->said);
-    save_start(save, 0, 0); /* nothing is set aside */
+    save_start(save, 0, 0); /* no space is reserved */
     for (uint32_t i = 0; i < TILES; i++)
         save_at(save, i * EDGE, EDGE);
     struct save_kept kept = save_keep(save);
@@ -416,7 +417,7 @@ static void test_no_room_anywhere(void **state)
     canvas_free(&again);
 }
 
-/* Its folder was removed: all goes to another one. */
+/* If the journal's folder was removed, everything is written to another one. */
 static void test_folder_is_gone(void **state)
 {
     struct scratch *s = *state;
@@ -431,7 +432,7 @@ static void test_folder_is_gone(void **state)
     assert_int_equal(unlink("there/" PATH) + rmdir("there"), 0);
     struct save_kept kept = save_keep(save);
     assert_true(kept.moved && kept.lost == 0 && count_copies() == 1);
-    assert_int_equal(strncmp(kept.path, "./", 2), 0); /* the first one that takes it */
+    assert_int_equal(strncmp(kept.path, "./", 2), 0); /* the first folder that can be written to */
     save = open_at(s, kept.path, &again, NULL);
     check_columns(&again, &whole, 0, WIDTH);
     save_drop(save);

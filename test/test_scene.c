@@ -1,4 +1,4 @@
-/* scene_valid() against blocks that are wrong in one place, and the scene's features. */
+/* Tests of scene_valid() with blocks that are invalid in one place, and of the features of scenes. */
 #include "test/scratch.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Memory that processes share. */
+/* Tests of memory shared by processes. */
 #include "test/fatal.h"
 
 #include <fcntl.h>
@@ -11,7 +11,7 @@
 
 #define BYTES ((size_t)100001)
 
-/* Each thing that processes need in common. */
+/* The hash depends on everything that processes must have in common. */
 static void test_realm(void **state)
 {
     (void)state;
@@ -29,7 +29,7 @@ static void test_realm(void **state)
         assert_true(segment_realm_hash(&others[i]) != hash);
 }
 
-/* Nobody may look into a process that leaves no core. */
+/* A process that is not dumpable cannot be opened by others, so that it has no reach. */
 static void test_reach(void **state)
 {
     (void)state;
@@ -42,7 +42,7 @@ static void test_reach(void **state)
     assert_true(hidden == 0);
 }
 
-/* Whether another process, which has none of this one's descriptors, finds mark at the end, and could leave its own
+/* Whether another process, without this one's descriptors, finds `mark` at the end of the segment and can write
  * there. */
 static bool answers(struct segment_address address, char mark)
 {
@@ -95,7 +95,7 @@ static void extend_one(void *state)
     (void)segment_extend(*(const struct segment_address *)state, (size_t)1 << 50);
 }
 
-/* No more files may be opened. */
+/* If no more files may be opened, no segment is made. */
 static void test_none(void **state)
 {
     (void)state;
@@ -109,7 +109,7 @@ static void test_none(void **state)
     segment_release(address);
 }
 
-/* No machine has so much; there is no such segment. */
+/* A size that no machine has, and a segment that does not exist. */
 static void test_refused(void **state)
 {
     (void)state;

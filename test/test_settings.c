@@ -1,4 +1,4 @@
-/* The table of settings: defaults, values, ranges, and printing what was read. */
+/* Tests of the table of settings: defaults, values, ranges, and printing values. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* Phong's model, reflection and refraction against what the formulas give by hand. */
+/* Tests of Phong's model, reflection and refraction with values computed by hand. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -97,7 +97,7 @@ static void test_mirror(void **state)
     (void)state;
     struct shading_point at = point_on_floor(&plain);
     assert_vec_near(reflect(&at), sqrt(0.5), sqrt(0.5), 0);
-    /* An interpolated normal that would send the ray into the floor gives way to the true one. */
+    /* If an interpolated normal would reflect the ray into the floor, the geometric one is used. */
     at.view = vec3(0.8, -0.6, 0);
     at.normal = vec_normalize(vec3(1, 1e-3, 0));
     assert_true(reflect(&at).y > 0);
@@ -127,7 +127,7 @@ static void test_equal_media_bend_nothing(void **state)
     assert_true(direction.x == at.view.x && direction.y == at.view.y && direction.z == at.view.z);
 }
 
-/* The paper's formulas give the same where nothing is stiff; at a huge exponent they do not. */
+/* The paper's formulas give the same in ordinary cases; at a huge exponent they do not. */
 static void test_paper_formulas(void **state)
 {
     (void)state;
@@ -148,7 +148,7 @@ static void test_paper_formulas(void **state)
     assert_true(fabs(exact - naive) > 1e-9 * exact && fabs(exact - naive) < 1e-3 * exact);
 }
 
-/* Catalogue 33: a light that is the point lights nothing there, one next to it as any other. */
+/* Catalogue 33: a light at the point itself does not light it; a light next to it does. */
 static void test_light_at_the_point(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The simulated farm of bench/balance_sim.c, where its answer is known. */
+/* Tests of the simulated farm of bench/balance_sim.c in cases whose result is known. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -68,7 +68,7 @@ static void assert_near(double value, double expected, double share)
 
 static const double all_s = WIDTH * HEIGHT * PIXEL_S;
 
-/* One renderer takes as long as its work. A tile's own cost is taken for the cheapest pixel. */
+/* One renderer takes as long as its work. The fixed cost of a tile is that of the cheapest pixel. */
 static void test_serial(void **state)
 {
     (void)state;
@@ -109,7 +109,7 @@ static void test_shared_cores(void **state)
     assert_near(outcome.render_s, all_s / 2, 0.02);
     assert_near(outcome.renderers[7].busy_s, all_s / 2, 0.02);
     sim_outcome_free(&outcome);
-    /* Longer slices than there is work: four after each other on each core. */
+    /* With time slices longer than the work, four renderers run one after the other on each core. */
     machine.slice_s = 1;
     outcome = run(SCHEDULE_STRIPS, &machine);
     assert_near(outcome.render_s, all_s / 2, 0.02);
@@ -119,7 +119,7 @@ static void test_shared_cores(void **state)
     sim_outcome_free(&outcome);
 }
 
-/* Who reports for work late finds less to do. */
+/* A renderer that starts late finds less work. */
 static void test_starts(void **state)
 {
     (void)state;
@@ -132,7 +132,7 @@ static void test_starts(void **state)
     sim_outcome_free(&outcome);
 }
 
-/* Looking for messages takes a part of one core, and what is beside a tile some time of each. */
+/* Polling for messages takes a part of one core, and the work beside each tile takes some time. */
 static void test_beside_tiles(void **state)
 {
     (void)state;
@@ -154,8 +154,8 @@ static void test_beside_tiles(void **state)
 
 /* ---- the costs of one run ---- */
 
-/* A trace as the farm writes it: one bar a line; two halves of the picture, of which the lower one has
- * been done twice, and probes. */
+/* Writes a trace as the farm does, with one bar per line: two halves of the picture, of which the lower one was
+ * rendered twice, and probes. */
 static void write_trace(const char *path)
 {
     FILE *file = fopen(path, "w");
@@ -222,7 +222,7 @@ static void test_run_costs(void **state)
     trace_free(&trace);
 }
 
-/* Strips wait for the slow one; who asks for tiles does not. */
+/* With strips the run waits for the slow renderer; with tiles on request it does not. */
 static void test_speeds(void **state)
 {
     (void)state;
@@ -237,7 +237,7 @@ static void test_speeds(void **state)
     sim_outcome_free(&outcome);
 }
 
-/* A strip travels as one tile: to the renderer, and back to a master that is slow. */
+/* A strip is sent as one tile: to the renderer, and back to a slow master. */
 static void test_messages(void **state)
 {
     (void)state;
@@ -254,7 +254,7 @@ static void test_messages(void **state)
     sim_outcome_free(&slow);
 }
 
-/* On one machine results go through trays, and cost what these do, until they are too long for a slot. */
+/* On one machine results are passed in trays, at the cost of these, unless they are too long for a slot. */
 static void test_trays(void **state)
 {
     (void)state;
@@ -274,8 +274,8 @@ static void test_trays(void **state)
     sim_outcome_free(&whole);
 }
 
-/* That a tile takes long is told before its result, however long such a message is on its way: behind the
- * result the master would be told of what is gone. */
+/* The notice that a tile takes long arrives before its result, however long messages are under way: after the result,
+ * the master would not know the tile any more. */
 static void test_told_in_order(void **state)
 {
     (void)state;
@@ -293,8 +293,8 @@ static void test_told_in_order(void **state)
     sim_outcome_free(&outcome);
 }
 
-/* What several have rendered counts once, as a whole or in pieces: a few are slow, and hear late of what others
- * have done in their place. */
+/* Tiles that several renderers have rendered, as a whole or in pieces, count once: a few renderers are slow, and learn
+ * late what others have done in their place. */
 static void test_in_vain(void **state)
 {
     (void)state;
@@ -313,7 +313,7 @@ static void test_in_vain(void **state)
     assert_true(work > 1.08 * 7 * all_s);
 }
 
-/* Who naps sees a message at the end of the nap: 5, 10, 20 ... us, and what each is too long. */
+/* A sleeping process sees a message at the end of its nap, of 5, 10, 20 ... us plus the lateness of each wake-up. */
 static void test_naps(void **state)
 {
     (void)state;
@@ -324,7 +324,7 @@ static void test_naps(void **state)
     assert_true(napping.render_s > spinning.render_s);
     assert_true(napping.render_s < spinning.render_s + 3e-3);
     sim_outcome_free(&napping);
-    /* A master who is woken loses no more by it, though he sleeps longer if nobody does. */
+    /* A master that is woken loses no more time, although it sleeps longer if nobody wakes it. */
     machine.rings = true;
     struct sim_outcome woken = run(SCHEDULE_TILES, &machine);
     assert_true(woken.render_s > spinning.render_s);
@@ -346,7 +346,7 @@ static void test_nodes(void **state)
     sim_outcome_free(&outcome);
 }
 
-/* Twice the width and height and half of the samples: half of the cost of four times the pixels. */
+/* Twice the width and height with half of the samples: four times the pixels, at half of the cost each. */
 static void test_scaled_costs(void **state)
 {
     (void)state;
@@ -398,7 +398,7 @@ static void read_torn(void *path)
     costs_read(&map, path);
 }
 
-/* It is measured for as many renderers as were asked for, and kept with the rest. */
+/* The costs are measured for the requested numbers of renderers, and kept with the others. */
 static void test_apart_is_kept(void **state)
 {
     (void)state;

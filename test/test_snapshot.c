@@ -1,4 +1,4 @@
-/* Pictures on the way: what goes wrong with one is told once, and rendering goes on. */
+/* Tests of snapshots: a failure is reported once, and rendering goes on. */
 #include <errno.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -28,7 +28,7 @@ int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
     return no_threads ? EAGAIN : __real_pthread_create(thread, attributes, start, argument);
 }
 
-/* Three pictures, one a second. */
+/* Takes three snapshots, one per second. */
 static void take_three(struct snapshot *snapshot, char *said, size_t size)
 {
     struct canvas canvas;
@@ -76,7 +76,7 @@ static void test_no_thread(void **state)
     assert_int_equal(access("never.png", F_OK), -1);
 }
 
-/* One that takes long comes the more seldom. */
+/* If snapshots take long, they are taken less often. */
 static void test_taking_long(void **state)
 {
     (void)state;

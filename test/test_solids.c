@@ -1,4 +1,4 @@
-/* What plain arithmetic tells of rays and solids, one by one and in lanes, against MPFR. */
+/* Tests of what plain arithmetic decides of rays and solids, singly and in lanes, against MPFR. */
 #include "scene_fixture.h"
 
 #include <mpfr.h>
@@ -7,7 +7,7 @@
 #include "worker/solid_lanes.h"
 #include "worker/sphere.h"
 
-/* Differences and products of a dozen doubles between 1e-20 and 1e20, and some to spare. */
+/* Bits for differences and products of a dozen doubles between 1e-20 and 1e20, with some to spare. */
 #define BITS 1200
 
 /* The line is inside from enter to leave. */
@@ -74,7 +74,7 @@ static void solve(struct truth *truth, mpfr_t A, mpfr_t B, mpfr_t C, double wide
     mpfr_div(truth->enter, truth->enter, A, MPFR_RNDN);
     mpfr_div(truth->leave, truth->leave, A, MPFR_RNDN);
     if (truth->met && mpfr_sgn(A) < 0) {
-        /* Divided by a negative number, they have changed places. */
+        /* After division by a negative number the two are swapped. */
         if (widening > 0)
             mpfr_set_inf(truth->leave, 1);
         else
@@ -100,7 +100,7 @@ static void sphere_truth(const struct sphere *sphere, const struct ray *ray, str
     mpfr_clear(r);
 }
 
-/* Cuts off what is before the base or behind the apex plane. */
+/* Cuts the interval at the planes of base and apex. */
 static void cut_by_caps(struct truth *truth, mpfr_t dots[DOTS])
 {
     mpfr_t base, apex;
@@ -120,7 +120,7 @@ static void cut_by_caps(struct truth *truth, mpfr_t dots[DOTS])
     mpfr_clears(base, apex, (mpfr_ptr)0);
 }
 
-/* The line and the solid; with its axis as the unit of heights, as in worker/solid_lanes.h. */
+/* The interval in which the line is in the solid, whose axis is the unit of heights as in worker/solid_spans.h. */
 static void cone_truth(const struct cone *cone, const struct ray *ray, struct truth *truth)
 {
     mpfr_t dots[DOTS], A, B, C, widening, rho, rise, square;
@@ -152,7 +152,7 @@ static void cone_truth(const struct cone *cone, const struct ray *ray, struct tr
 
 /* ---- solids and rays ---- */
 
-/* Ten to a power between these. */
+/* Ten to a power between low and high. */
 static double some_size(uint64_t *random, double low, double high)
 {
     return pow(10, random_between(random, low, high));
@@ -169,7 +169,7 @@ static struct cone some_cone(uint64_t *random, double spread)
     return cone;
 }
 
-/* To the cone: anywhere near it, or to its side, as close as 1e-17 of the radius. */
+/* A ray to a point anywhere near the cone, or near its side, as close as 1e-17 of the radius. */
 static struct ray some_ray(uint64_t *random, const struct cone *cone, double spread)
 {
     double radius = larger_number(cone->base_radius, cone->apex_radius);
@@ -207,7 +207,7 @@ static void check_span(const struct spans_one *span, const struct truth *truth,
         counts->decided++;
         assert_true(truth->met && mpfr_cmp_d(truth->enter, span->enter_high) <= 0);
         assert_true(mpfr_cmp_d(truth->leave, span->leave_low) >= 0);
-        /* What counts are the distances that are rounded to double. */
+        /* The intervals are for the distances rounded to double. */
         assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) >= span->enter_low);
         assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) <= span->enter_high);
     } else {
@@ -227,7 +227,7 @@ static void assert_same_number(double value, double expected)
     assert_memory_equal(&value, &expected, sizeof value);
 }
 
-/* One pair has the bits of a lane. */
+/* A single pair gives the same bits as a lane. */
 static void check_lane(const struct spans_lanes *spans, unsigned lane, const struct spans_one *one)
 {
     assert_int_equal(spans->missed >> lane & 1, one->missed);
@@ -307,7 +307,7 @@ static struct counts check_many(unsigned count, double spread, bool spheres)
     return counts;
 }
 
-/* Half of the rays aim at the side itself: among ordinary solids few of them stay open. */
+/* Half of the rays aim at the side itself; for ordinary solids few of them stay undecided. */
 static void test_cone_lanes(void **state)
 {
     (void)state;

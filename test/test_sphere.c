@@ -76,7 +76,7 @@ static void test_leaving(void **state)
     assert_int_equal(count_ahead(&found), 0);
 }
 
-/* Origins rounded off the surface, on either side: still no second meeting on the way out. */
+/* Origins that are rounded to either side of the surface: an outgoing ray does not hit the sphere again. */
 static void test_leaving_is_not_an_epsilon(void **state)
 {
     (void)state;

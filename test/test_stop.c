@@ -1,4 +1,4 @@
-/* Signals: the first one is noted, a second one of any kind ends the program. */
+/* Tests of signals: the first one is noted, a second one of any kind ends the program. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,8 +11,8 @@
 
 #include "master/stop.h"
 
-/* How a process ends (as waitpid() has it) that gets both signals while it renders, the second one after so
- * many microseconds; it leaves with 7 when it has noted the first one alone. */
+/* The status, as from waitpid(), of a process that gets both signals while it renders, the second one after `pause`
+ * microseconds. It exits with 7 if it has noted the first one alone. */
 static int end_after(int first, int second, useconds_t pause)
 {
     int status = 0;
@@ -52,7 +52,7 @@ static void test_second_ends(void **state)
     }
 }
 
-/* Sent to the process and to its group. */
+/* A signal that is sent to the process and to its group counts once. */
 static void test_same_twice(void **state)
 {
     (void)state;
@@ -63,8 +63,8 @@ static void test_same_twice(void **state)
     }
 }
 
-/* A terminal or a pipe is closed, a file is as long as it may be: the run goes on, and stops for what comes
- * behind it. */
+/* If a terminal or a pipe is closed, or a file has reached its size limit, the run goes on, and stops for the next
+ * signal. */
 static void test_goes_on(void **state)
 {
     (void)state;
@@ -76,7 +76,7 @@ static void test_goes_on(void **state)
     }
 }
 
-/* Whatever comes while ranks leave, all is done: it cannot change how the run has ended. */
+/* Signals that come while ranks leave do not change the status, as everything is done. */
 static void test_too_late(void **state)
 {
     (void)state;

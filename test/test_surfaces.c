@@ -1,4 +1,4 @@
-/* The surface at a hit, and rays that go on from it where surfaces touch. */
+/* Tests of the surface at a hit, and of rays that start there where surfaces touch. */
 #include "scene_fixture.h"
 
 /* ---- surfaces ---- */
@@ -74,7 +74,7 @@ static void test_surface_of_patch(void **state)
     free(scene);
 }
 
-/* From far away the point still lies on the surface, closer than the distance can be known. */
+/* The point of a hit from far away lies on the surface, more accurately than the distance is known. */
 static void test_surface_from_far_away(void **state)
 {
     (void)state;
@@ -95,7 +95,7 @@ static void test_surface_from_far_away(void **state)
     free(scene);
 }
 
-/* On a ground sphere of a planet's size the eye is the better reference. */
+/* For a ground sphere of the size of a planet, the point is more accurate if computed from the eye. */
 static void test_surface_of_ground_sphere(void **state)
 {
     (void)state;
@@ -121,7 +121,7 @@ static struct ray going_on(const struct scene *scene, const struct ray *ray, con
     return ray_going_on(surface.point, hit, direction);
 }
 
-/* Through a pane of two triangles at their common edge, bent in any direction: one passage. */
+/* A ray through the common edge of two triangles, at any angle between them, is one passage. */
 static void test_one_passage_at_an_edge(void **state)
 {
     (void)state;
@@ -148,7 +148,8 @@ static void test_one_passage_at_an_edge(void **state)
     free(scene);
 }
 
-/* Which face of a far box is entered beside its edge, rounded distances tell; the point is on the box all the same. */
+/* Rounded distances decide which face of a far box is entered near its edge; the point must be on the box
+ * nevertheless. */
 static void test_edge_of_a_far_box(void **state)
 {
     (void)state;
@@ -208,7 +209,7 @@ static void test_box_on_a_floor(void **state)
     free(scene);
 }
 
-/* Closer together than distances are rounded: the order is that of the geometry. */
+/* Surfaces closer to each other than the rounding of distances have their exact order. */
 static void test_order_of_near_surfaces(void **state)
 {
     (void)state;

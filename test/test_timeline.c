@@ -40,8 +40,8 @@ static unsigned count_of(const char *text, const char *part)
     return count;
 }
 
-/* Rank 1 renders two tiles with a pause between them, rank 2 a pre-pass and a tile in vain; added
- * in the order in which they end. */
+/* Rank 1 renders two tiles with a pause in between, rank 2 probes and a tile that is wasted. They are added in the
+ * order in which they end. */
 static void test_trace(void **state)
 {
     (void)state;
@@ -74,7 +74,8 @@ static void test_trace(void **state)
     timeline_free(&timeline);
 }
 
-/* A pass is planned while rank 1 waits, and while rank 2 is at work until then; too short a pause is not shown. */
+/* A pass is planned while rank 1 waits, and while rank 2 still works at first; a pause that is too short is not
+ * shown. */
 static void test_trace_of_passes(void **state)
 {
     (void)state;
@@ -103,7 +104,7 @@ static void test_trace_of_passes(void **state)
     timeline_free(&timeline);
 }
 
-/* Rank 0 has waited, also for a plan, and was at a tile then until the end; rank 1 has only waited. */
+/* Rank 0 has waited, also for a plan, and then worked on a tile until the end; rank 1 has only waited. */
 static void test_trace_of_what_was_given_up(void **state)
 {
     (void)state;
@@ -125,7 +126,7 @@ static void test_trace_of_what_was_given_up(void **state)
     timeline_free(&timeline);
 }
 
-/* What is rendered in vain beyond the end of rendering is counted until then. */
+/* A wasted tile that continues after the end of rendering is shown up to that end. */
 static void test_trace_ends_with_rendering(void **state)
 {
     (void)state;
@@ -170,7 +171,7 @@ static void test_heatmap_of_passes(void **state)
     timeline_free(&timeline);
 }
 
-/* Somebody who got nothing has waited all the time; a trace without any tiles is one, too. */
+/* A renderer without tiles has waited all the time; a trace without any tiles is valid. */
 static void test_trace_of_nothing(void **state)
 {
     (void)state;
@@ -232,7 +233,7 @@ static void test_heatmap_of_cyclic_shares(void **state)
     timeline_free(&timeline);
 }
 
-/* Nor do pixels that cost next to nothing take the colours from all others. */
+/* Pixels that cost next to nothing do not use up the colours of all others. */
 static void test_heatmap_of_extremes(void **state)
 {
     (void)state;
@@ -260,7 +261,7 @@ static void test_heatmap_of_nothing(void **state)
     canvas_free(&canvas);
 }
 
-/* 8 bits a channel tell all 44 ranks apart, and none looks like a pixel that nobody rendered. */
+/* The colours of all 44 ranks differ in 8 bits per channel, and none is that of a pixel that is not rendered. */
 static void test_ranks(void **state)
 {
     (void)state;
@@ -284,7 +285,7 @@ static void test_ranks(void **state)
     timeline_free(&timeline);
 }
 
-/* The strip below names ranks, of which the first may render nothing: its numbers are not those of renderers. */
+/* The legend has numbers of ranks, not of renderers: rank 0 may render nothing. */
 static void test_legend_names_ranks(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Slots of a tray, and what the master makes of what lies in one: MPI is played by this file. */
+/* Tests of the slots of a tray, and of how the master handles what is in them. This file replaces MPI. */
 #include <mpi.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -38,7 +38,7 @@ static void test_slots(void **state)
     assert_int_equal(slots_bytes(&tray.results, 1), 9);
 }
 
-/* What one slot holds is in no cache line of another's. */
+/* The contents of two slots share no cache line. */
 static void test_slots_apart(void **state)
 {
     (void)state;
@@ -47,7 +47,7 @@ static void test_slots_apart(void **state)
     assert_int_equal(offsetof(struct tray, result) % 64 + sizeof tray->result[0] % 64, 0);
 }
 
-/* Each rank has one, of which others' are independent; to take them lowers them. */
+/* Each rank has a flag of its own; taking the flags clears them. */
 static void test_flags(void **state)
 {
     (void)state;
@@ -68,14 +68,14 @@ static void test_flags(void **state)
 
 #define TURNS 20000
 
-/* Two renderers' trays, and who of them is read. */
+/* The trays of two renderers, and the state of reading them. */
 static struct {
     struct tray *trays[2];
     struct arrivals *arrivals;
     unsigned turns[2];
 } shelf;
 
-/* Takes each result that comes, in the order of turns: all of it is there. */
+/* Reads the next result of a tray, if there is one, and checks all of it. */
 static bool read_slot(unsigned who)
 {
     struct slots *slots = &shelf.trays[who]->results;
@@ -88,7 +88,7 @@ static bool read_slot(unsigned who)
     return true;
 }
 
-/* Looks only where a flag is up. */
+/* Reads only trays whose flag is set. */
 static void *read_all(void *argument)
 {
     while (shelf.turns[0] < TURNS || shelf.turns[1] < TURNS) {
@@ -170,7 +170,7 @@ int MPI_Comm_size(MPI_Comm comm, int *size)
     return MPI_SUCCESS;
 }
 
-/* What comes comes into the last one. */
+/* Remembers the last receive, into which the message will be copied. */
 int MPI_Irecv(void *buffer, int count, MPI_Datatype type, int source, int tag, MPI_Comm comm,
               MPI_Request *request)
 {
@@ -284,14 +284,14 @@ static struct tile first_tile(const struct master_of_test *test, unsigned turn)
     return tile;
 }
 
-/* So many bytes lie in the slot; the master hears of it, or not yet. */
+/* Fills the slot with this number of bytes, and sets the flag if `heard`. */
 static void leave(struct master_of_test *test, unsigned turn, size_t bytes, bool heard)
 {
     slots_fill(&test->tray->results, turn, (uint32_t)bytes);
     if (heard) arrivals_leave(test->arrivals, 1);
 }
 
-/* Into the slot, all pixels of one colour; returns its length. */
+/* Writes a result whose pixels have one colour into the slot; returns its length. */
 static size_t put_result(struct tray *tray, unsigned turn, const struct tile *tile, float colour)
 {
     uint32_t pixels = tile_pixels(tile);
@@ -342,7 +342,7 @@ static void test_lots_and_results(void **state)
     tear_down(&test);
 }
 
-/* A second result, of which the flag is not up yet, is taken in with the first one; then that flag means nothing. */
+/* A second result whose flag is not set yet is taken in with the first one; the flag then finds nothing. */
 static void test_flag_that_comes_late(void **state)
 {
     (void)state;
@@ -361,7 +361,8 @@ static void test_flag_that_comes_late(void **state)
     tear_down(&test);
 }
 
-/* What a renderer has left before its last message is taken in before that, even when both are found at once. */
+/* Results that a renderer has left in its tray before its last message are taken in before this message, even if both
+ * are found at once. */
 static void test_statistics_come_last(void **state)
 {
     (void)state;
@@ -381,8 +382,8 @@ static void test_statistics_come_last(void **state)
     tear_down(&test);
 }
 
-/* Where all have trays, and say when they send messages, MPI is looked at for these, and now and then; until all is
- * taken that the master has sent; and always where somebody has no tray. */
+/* If all renderers have trays and announce their messages, the master polls MPI for these, from time to time, and
+ * until all of its sends are complete. If one has no tray, it polls always. */
 static void test_looks_at_mpi(void **state)
 {
     (void)state;
@@ -425,7 +426,7 @@ static void put_header(struct master_of_test *test, unsigned turn, struct result
     leave(test, turn, sizeof header, true);
 }
 
-/* That a tile takes long may be heard when it is back; then it is no news. */
+/* The notice that a tile takes long may come after the tile; then it has no effect. */
 static void test_takes_long(void **state)
 {
     (void)state;
@@ -447,7 +448,7 @@ static void test_takes_long(void **state)
     tear_down(&test);
 }
 
-/* No slot is empty, or the renderer is on another machine: lots come in messages. */
+/* If no slot is empty, or the renderer is on another machine, lots are sent in messages. */
 static void test_no_room(void **state)
 {
     (void)state;
@@ -469,7 +470,7 @@ static void end_job(int status)
     longjmp(wire.end, 1);
 }
 
-/* Whether the job ends with so many bytes in the slot, and the rank's flag. */
+/* Whether the job ends if the slot has this number of bytes and the flag of this rank is set. */
 static bool is_refused(struct master_of_test *test, size_t bytes, uint32_t rank)
 {
     if (setjmp(wire.end)) return true;

@@ -1,4 +1,4 @@
-/* The pending rays of a sample: order, pruning, bounded memory. */
+/* Tests of the pending rays of a sample: order, pruning, bounded memory. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -39,7 +39,7 @@ static void test_most_important_first(void **state)
     tree_free(&tree);
 }
 
-/* It is the sum of what is pending that may not pass the cutoff, not each ray by itself. */
+/* Rays are pruned if their sum is at most the cutoff, not each of them. */
 static void test_prunes_by_the_sum(void **state)
 {
     (void)state;
@@ -141,7 +141,7 @@ static void test_deepest_first(void **state)
         assert_true(deeper || brighter || earlier);
         before = branch;
     }
-    /* What is left goes as if there had never been more. */
+    /* The remaining rays are taken as if there had never been more. */
     for (before.bound = HUGE_VAL; tree.count > 0; before = branch) {
         assert_true(pop(&tree, 1e-3, &branch));
         assert_true(before.bound > branch.bound ||
@@ -150,7 +150,7 @@ static void test_deepest_first(void **state)
     tree_free(&tree);
 }
 
-/* Any number of branches, of which some are equally bright, while others join and get other bounds. */
+/* Any number of branches, some with equal bounds, while others are added or get other bounds. */
 static void test_order_of_many(void **state)
 {
     (void)state;

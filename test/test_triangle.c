@@ -103,7 +103,7 @@ static void test_edges_are_exact(void **state)
         found = cross(right, &ray, &exact);
         assert_int_equal(count_ahead(&found), expected < 0);
     }
-    assert_true(exact > 1000); /* the filter was put to the test */
+    assert_true(exact > 1000); /* the filter was often undecided */
 }
 
 /* Far from needing it: a long thin triangle, whose edge values cancel in plain products. */
@@ -169,7 +169,7 @@ static struct mesh icosahedron(void)
     return mesh;
 }
 
-/* The same for both owners of an edge, whatever its direction. */
+/* The middle of an edge, the same for both of its triangles, whatever the direction. */
 static struct vec3 middle(struct vec3 a, struct vec3 b)
 {
     return vec_scale(vec_add(a, b), 0.5);
@@ -217,7 +217,7 @@ static void assert_one_hit(const struct mesh *mesh, struct vec3 origin, struct v
     assert_int_equal(hits, 1);
 }
 
-/* From the middle every ray meets exactly one triangle, also at vertices and along edges. */
+/* Asserts that every ray from the middle hits exactly one triangle, also at vertices and along edges. */
 static void assert_watertight(struct vec3 scale, struct vec3 offset)
 {
     struct mesh mesh = star(scale, offset);
@@ -288,7 +288,7 @@ static void test_normal_and_bounds(void **state)
     assert_same(bounds.min[2], 1);
 }
 
-/* At any size a triangle has the same normal, to the bit. */
+/* A triangle of any size has the same normal, bit for bit. */
 static void test_normals_of_all_sizes(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Ear clipping: areas add up, nothing covers a notch, and nothing odd makes it hang. */
+/* Tests of ear clipping: areas add up, no triangle covers a notch, and no polygon takes for ever. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -25,7 +25,8 @@ static struct vec3 polygon_area(const struct vec3 *p, size_t count)
     return vec_scale(sum, 0.5);
 }
 
-/* Every triangle faces the polygon's way, and together they have its area: so none overlap. */
+/* Checks that every triangle faces the same way as the polygon, and that together they have its area, so that none
+ * overlap. */
 static void check(const struct vec3 *polygon, size_t count, size_t expected)
 {
     struct triangulation t = {0};
@@ -42,7 +43,7 @@ static void check(const struct vec3 *polygon, size_t count, size_t expected)
     triangulation_free(&t);
 }
 
-/* The same polygon shown from many sides, and turned over. */
+/* Checks the polygon in many orientations, and reversed. */
 static void check_all_round(const double (*flat)[2], size_t count, size_t expected)
 {
     struct vec3 *polygon = allocate(count, sizeof *polygon),
@@ -105,7 +106,7 @@ static void test_spiral(void **state)
     check_all_round((const double(*)[2])spiral, COUNT, COUNT - 2);
 }
 
-/* Corners on a line are kept: a neighbour may have them too. */
+/* Collinear corners are kept, as a neighbouring polygon may have them, too. */
 static void test_collinear_corners(void **state)
 {
     (void)state;
@@ -210,7 +211,7 @@ static double next_random(uint32_t *random)
     return (*random >> 8) * 0x1p-24;
 }
 
-/* However bent: two triangles for four corners, which cover all of the quad seen from above. */
+/* A quad, however bent, gives two triangles, which cover all of it seen from above. */
 static void test_bumpy_grid(void **state)
 {
     (void)state;
@@ -343,7 +344,7 @@ static void test_limits(void **state)
     triangulation_free(&t);
 }
 
-/* In random order, as a file might have them: it is given up in a time that its size bounds. */
+/* A polygon of corners in random order is refused in a time that is bounded by its size. */
 static void test_tangle_is_refused(void **state)
 {
     (void)state;
@@ -380,7 +381,7 @@ static void test_slanted_comb_is_cut(void **state)
     triangulation_free(&t);
 }
 
-/* Not all corners are looked at for each one where the polygon is simple; as many times less is the time. */
+/* In simple polygons not all corners are examined for each corner, which reduces the time as much. */
 static void test_looks_at_few(void **state)
 {
     (void)state;

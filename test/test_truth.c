@@ -67,7 +67,7 @@ static void test_reading(void **state)
     assert_has(why, " has a pixel that is not finite,");
 }
 
-/* It is not waited for who may write into a pipe, nor is a folder read. */
+/* A pipe is not waited for, and a folder is not read. */
 static void test_no_file(void **state)
 {
     (void)state;
@@ -94,7 +94,7 @@ static void test_other_byte_order(void **state)
     canvas_free(&canvas);
 }
 
-/* What the farm writes it can read. */
+/* The farm can read what it writes. */
 static void test_round_trip(void **state)
 {
     (void)state;

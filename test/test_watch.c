@@ -29,7 +29,8 @@ static void ended(struct watch *watch)
     canvas_free(&reference);
 }
 
-/* Behind the only pass the last row is its look, and CPU seconds become those that rendering took. */
+/* After the only pass the last row is that of the pass, and CPU seconds are scaled to the seconds that
+ * rendering took. */
 static void test_end(void **state)
 {
     (void)state;
@@ -46,7 +47,7 @@ static void test_end(void **state)
     ended(&watch);
 }
 
-/* Of half of the picture: no true error, half the samples per pixel; the row is there at once. */
+/* With half of the picture there is no true error, and half of the samples per pixel; the row is written at once. */
 static void test_half(void **state)
 {
     (void)state;

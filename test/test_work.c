@@ -1,4 +1,4 @@
-/* What a renderer on another rank does with the master's messages: MPI is played by this file. */
+/* Tests of what a renderer on another rank does with the master's messages. This file replaces MPI. */
 #include <limits.h>
 #include <math.h>
 #include <pthread.h>
@@ -27,8 +27,8 @@
 
 #define EDGE 8u
 
-/* What the master says, in this order, one at each look for a message; a tag of 0: nothing yet, which takes
- * size microseconds to find out. */
+/* A message of the master; one of a sequence is received at each poll. tag 0: there is no message yet, and the poll
+ * takes `size` microseconds. */
 struct line {
     int tag;
     const void *bytes;
@@ -60,7 +60,7 @@ static struct {
     unsigned held_up_left; /* of these behind the last wanted result */
 } master;
 
-/* Behind its first message it says nothing. */
+/* The master sends nothing after its first message. */
 static atomic_bool quiet;
 
 /* ---- the calls of worker/work.c, hear.c and send.c ---- */
@@ -135,7 +135,7 @@ static bool is_quiet(void)
     return says_nothing;
 }
 
-/* Of a result that is on its way. */
+/* Whether the send of a result is still incomplete. */
 static bool is_held_up(void)
 {
     if (master.results == 0 || master.held_up == 0) return false;
@@ -143,7 +143,7 @@ static bool is_held_up(void)
     return true;
 }
 
-/* Into the first slot; said: what the master has said before it. */
+/* Puts a lot into the first slot. said: the number of things that the master has said before it. */
 static void put_lot(struct tray *tray, const struct line *lot, unsigned said)
 {
     memcpy(tray->lot[0], lot->bytes, lot->size);
@@ -194,7 +194,7 @@ int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 
 /* ---- the tests ---- */
 
-/* The master has sent so many of its messages, from this one on. */
+/* The master sends `count` of its messages, from number `first` on. */
 static void say(struct tray *tray, size_t first, size_t count)
 {
     for (size_t i = first; i < first + count; i++)
@@ -203,7 +203,7 @@ static void say(struct tray *tray, size_t first, size_t count)
 
 #define QUIET_S 0.1
 
-/* Far less than a renderer sleeps where nobody wakes it. */
+/* Far less than a renderer sleeps if nobody wakes it. */
 #define SOON 0.5
 
 /* A master that says the first message and, after a while, all others. */
@@ -227,7 +227,7 @@ static void *speak_late(void *argument)
     return NULL;
 }
 
-/* How a run differs from others; 0: not at all. */
+/* The options of a run; all zero: the defaults. */
 struct manner {
     struct tray *tray;        /* NULL: the renderer has none */
     struct late_master *late; /* NULL: all is said at once */
@@ -250,7 +250,7 @@ static void begin_to_speak(const struct manner *manner, pthread_t *thread)
     }
 }
 
-/* A renderer of an empty scene, two tiles high, works until the master says STOP. */
+/* Runs a renderer with an empty scene, two tiles high, until the master sends STOP. */
 static void follow_in(const struct manner *manner, const struct line *lines, size_t count,
                       unsigned wanted)
 {
@@ -278,7 +278,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     begin_to_speak(manner, &thread);
     work(MPI_COMM_WORLD, renderer, &shared);
     if (manner->late) pthread_join(thread, NULL);
-    /* All that was sent was counted. */
+    /* All messages that were sent were counted. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
     free(master.arrivals);
     bell_free(&master.bell);
@@ -335,7 +335,7 @@ static struct result_header header_at(size_t byte)
     return header;
 }
 
-/* The result has the first tile dropped or not, the second one whole, and no more. */
+/* Checks that the result has the first tile, dropped or not, and the complete second tile, and nothing more. */
 static void check_result(bool dropped, bool begun)
 {
     struct result_header first = header_at(0);
@@ -367,7 +367,7 @@ static void test_gives_up_what_is_finished(void **state)
     check_result(true, true);
 }
 
-/* It is finished when somebody else has it, too. */
+/* A tile that has been begun is finished if another renderer merely has it, too. */
 static void test_keeps_what_others_have(void **state)
 {
     (void)state;
@@ -378,7 +378,7 @@ static void test_keeps_what_others_have(void **state)
     check_result(false, true);
 }
 
-/* What it has not begun it leaves out, for either reason. */
+/* A tile that has not been begun is dropped in both cases. */
 static void test_drops_what_is_not_begun(void **state)
 {
     (void)state;
@@ -390,7 +390,7 @@ static void test_drops_what_is_not_begun(void **state)
     }
 }
 
-/* One message may be of several: of the tile in work and of the next one. */
+/* One message may name several tiles: the tile in work and the next one. */
 static void test_drops_several(void **state)
 {
     (void)state;
@@ -427,8 +427,8 @@ static void follow_lot(const struct line *lines, size_t count, unsigned number,
         TAG_MASTER_TO_RENDERER_START, &start, sizeof start                                         \
     }
 
-/* Where the master is on this node, a lot comes through the tray, and the result goes there if the next slot is empty:
- * else in a message. */
+/* If the master is on this node, a lot comes in the tray. The result is put there if the next slot is empty, else it
+ * is sent in a message. */
 static void test_tray(void **state)
 {
     (void)state;
@@ -543,7 +543,7 @@ static void test_many_lots(void **state)
     free(tray);
 }
 
-/* One who is woken when there is a message neither looks for one nor computes until then. */
+/* A renderer that is woken when there is a message neither polls nor uses CPU time until then. */
 static void test_sleeps_until_it_is_woken(void **state)
 {
     (void)state;
@@ -561,7 +561,7 @@ static void test_sleeps_until_it_is_woken(void **state)
     free(tray);
 }
 
-/* Where nobody rings it finds the message all the same, by a look now and then. */
+/* If nobody rings, it still finds the message by polling from time to time. */
 static void test_looks_now_and_then(void **state)
 {
     (void)state;
@@ -578,7 +578,7 @@ static void test_looks_now_and_then(void **state)
     free(tray);
 }
 
-/* But while its own result, for which there is no slot, is on its way, MPI needs it to look. */
+/* While its own result is being sent in a message, as no slot is empty, it must poll, so that MPI makes progress. */
 static void test_looks_while_it_sends(void **state)
 {
     (void)state;
@@ -595,7 +595,8 @@ static void test_looks_while_it_sends(void **state)
     free(tray);
 }
 
-/* It goes on rendering though none of its results has been taken: the first ones from the tray, then messages. */
+/* It goes on rendering although none of its results has been taken: the first ones are in the tray, later ones are
+ * sent in messages. */
 static void test_renders_on_while_it_sends(void **state)
 {
     (void)state;
@@ -612,8 +613,8 @@ static void test_renders_on_while_it_sends(void **state)
     free(tray);
 }
 
-/* A tile that takes long is told of, what is finished before it; and when it is done that is answered at
- * once. In the tray or not. */
+/* A tile that takes long is reported, after the finished tiles are sent; when it is done, it is sent at once. With a
+ * tray or without. */
 static void tell_of(uint32_t number, struct tray *tray)
 {
     struct {
@@ -647,7 +648,7 @@ static void tell_of(uint32_t number, struct tray *tray)
     assert_true(told->busy_s > 0 && master.headers[number + 1].busy_s >= told->busy_s);
 }
 
-/* A lot during which the master looks in any case. */
+/* During a long lot the master polls in any case, and is not called. */
 static void test_long_lot(void **state)
 {
     (void)state;
@@ -678,8 +679,8 @@ static void test_tells_of_what_takes_long(void **state)
     free(tray);
 }
 
-/* A result that would be a little longer than what is delivered as it is comes in two, as many tiles in
- * the first one as fit. */
+/* A result that is a little longer than MPI delivers eagerly is sent in two parts, the first with as many tiles as
+ * fit. */
 static void test_short_results(void **state)
 {
     (void)state;
