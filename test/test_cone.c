@@ -331,6 +331,32 @@ static void test_bounds(void **state)
     }
 }
 
+/* Each holds what is at its heights, has a side in common with the next one, and is no larger than the whole. */
+static void test_piece_bounds(void **state)
+{
+    (void)state;
+    uint64_t random = 8;
+    for (uint32_t i = 0; i < 10000; i++) {
+        uint32_t count = 2 + i % 31, piece = i / 31 % count;
+        struct cone cone = random_cone(&random);
+        double height = (piece + random_between(&random, 0, 1)) / count;
+        struct vec3 out, p = point_of_cone(&cone, &random, height, 1, &out);
+        struct bounds bounds = cone_piece_bounds(&cone, piece, count), all = cone_bounds(&cone);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            assert_true(vec_component(&p, axis) >= bounds.min[axis] - 1e-14);
+            assert_true(vec_component(&p, axis) <= bounds.max[axis] + 1e-14);
+            assert_true(bounds.min[axis] >= all.min[axis] - 1e-14);
+            assert_true(bounds.max[axis] <= all.max[axis] + 1e-14);
+        }
+        if (piece + 1 == count) continue;
+        struct bounds next = cone_piece_bounds(&cone, piece + 1, count);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            assert_true(next.min[axis] <= bounds.max[axis]);
+            assert_true(next.max[axis] >= bounds.min[axis]);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -350,6 +376,7 @@ int main(void)
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_normals_of_all_sizes),
         cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_piece_bounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

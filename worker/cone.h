@@ -16,17 +16,48 @@
 #include "worker/planar.h"
 #include "worker/shape.h"
 
-static inline struct bounds cone_bounds(const struct cone *cone)
+/* The boxes around its circles. */
+static inline void cone_end_bounds(const struct cone *cone, struct bounds *at_base,
+                                   struct bounds *at_apex)
 {
     struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
     double base[3], apex[3];
-    struct bounds bounds;
     circle_extent(axis, cone->base_radius, base);
     circle_extent(axis, cone->apex_radius, apex);
     for (unsigned i = 0; i < 3; i++) {
         double b = vec_component(&cone->base, i), a = vec_component(&cone->apex, i);
-        bounds.min[i] = fmin(b - base[i], a - apex[i]);
-        bounds.max[i] = fmax(b + base[i], a + apex[i]);
+        at_base->min[i] = b - base[i];
+        at_base->max[i] = b + base[i];
+        at_apex->min[i] = a - apex[i];
+        at_apex->max[i] = a + apex[i];
+    }
+}
+
+static inline struct bounds cone_bounds(const struct cone *cone)
+{
+    struct bounds bounds, apex;
+    cone_end_bounds(cone, &bounds, &apex);
+    bounds_add(&bounds, &apex);
+    return bounds;
+}
+
+/*
+ * Of one of so many pieces of equal length, between two circles around the axis: the box around theirs. Along the axis,
+ * each side of a circle's box moves from the base's to the apex' in proportion, as centre and radius do, and so those
+ * of the circles in between are between theirs. Neighbours have a circle in common, and the same numbers for it: what
+ * is rounded opens no gap, but moves sides by 5 u of the largest coordinate at most, beside what the bounds err by;
+ * TEST_ERROR (worker/slabs.h) allows for that.
+ */
+static inline struct bounds cone_piece_bounds(const struct cone *cone, uint32_t piece,
+                                              uint32_t count)
+{
+    double low = (double)piece / count, high = (double)(piece + 1) / count;
+    struct bounds base, apex, bounds;
+    cone_end_bounds(cone, &base, &apex);
+    for (unsigned i = 0; i < 3; i++) {
+        double min = apex.min[i] - base.min[i], max = apex.max[i] - base.max[i];
+        bounds.min[i] = smaller_number(base.min[i] + min * low, base.min[i] + min * high);
+        bounds.max[i] = larger_number(base.max[i] + max * low, base.max[i] + max * high);
     }
     return bounds;
 }

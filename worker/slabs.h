@@ -27,7 +27,7 @@
  * and boxes make no rounding errors, a cone's treats what is within 2^-88 R as one. So the line meets a bound
  * on the primitive's coordinates, up to the rounding of the bound. That is less than 1 u R for triangles and
  * boxes (none) and spheres (c +- r), and 12 u R for discs and cones (the axis' direction errs by 4 u, the
- * extents by 5 u more, the sum by 1 u; apex - base by 1 u).
+ * extents by 5 u more, the sum by 1 u; apex - base by 1 u). The bounds of pieces of cones err by 5 u R more.
  *
  * The reported t, with an error of at most 10 u, only decides what is nearer: a box that begins beyond it is
  * skipped. A ray that leaves a primitive starts within 8 u R of its box (surface.c: 4 u for standing off, 4 u
