@@ -166,6 +166,25 @@ static inline void add_pipe(struct builder *builder, uint32_t facets, uint32_t m
     }
 }
 
+/* Thin cylinders and cones, open and with caps, 20 long or less, in much the same direction across all axes. Their
+ * bases are within `spread` of the origin on each axis. */
+static inline void add_rods(struct builder *builder, uint32_t count, double spread,
+                            uint32_t material)
+{
+    uint64_t random = 26;
+    for (uint32_t i = 0; i < count; i++) {
+        double length = random_between(&random, 0.8, 1);
+        struct cone cone = {.base = random_vector(&random, spread),
+                            .base_radius = 0.005,
+                            .apex_radius = 0.005 * (i % 3) / 2,
+                            .capped = i % 5 > 0,
+                            .material = material};
+        struct vec3 along = vec_add(vec3(9, 12, 13), random_vector(&random, 0.1));
+        cone.apex = vec_add(cone.base, vec_scale(along, length));
+        assert_added(builder_add_cone(builder, &cone));
+    }
+}
+
 /* Finishes a scene with everything in it, including primitives that coincide with others. */
 static inline struct scene *finish_scene(struct builder *builder)
 {

@@ -97,32 +97,51 @@ static void check_inside(const struct survey *survey, const struct piece *piece)
     }
 }
 
-static bool is_in_box(const struct piece *piece, const struct vec3 *point)
+static bool is_in_box(const struct piece *piece, const struct vec3 *point, double far)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
-        double x = vec_component(point, axis), error = 0x1p-50 * fabs(x);
+        double x = vec_component(point, axis), error = far + 0x1p-50 * fabs(x);
         if ((double)piece->min[axis] > x + error || (double)piece->max[axis] < x - error)
             return false;
     }
     return true;
 }
 
+static struct vec3 triangle_point(const struct scene *scene, uint32_t id, int i, uint64_t *random)
+{
+    const uint32_t *corner = corner_indices(scene, id);
+    const struct vec3 *at = scene_vertices(scene);
+    double u = random_between(random, 0, 1), v = random_between(random, 0, 1 - u);
+    if (i < 3) u = i == 1, v = i == 2;
+    struct vec3 point = vec_scale(at[corner[0]], 1 - u - v);
+    return vec_add(vec_add(point, vec_scale(at[corner[1]], u)), vec_scale(at[corner[2]], v));
+}
+
+/* On its side, on the rims too. */
+static struct vec3 rod_point(const struct scene *scene, uint32_t id, int i, uint64_t *random)
+{
+    const struct cone *cone = &scene_cones(scene)[primitive_index(id)];
+    double height = i < 8 ? i & 1 : random_between(random, 0, 1);
+    struct vec3 w = vec_sub(cone->apex, cone->base), axis = vec_normalize(w);
+    struct vec3 away = vec_normalize(vec_cross(axis, random_vector(random, 1)));
+    double radius = cone->base_radius + (cone->apex_radius - cone->base_radius) * height;
+    return vec_add(vec_add(cone->base, vec_scale(w, height)), vec_scale(away, radius));
+}
+
 /* Points of a triangle, including its corners, must be in the box of one of its pieces. */
 static void check_covered(const struct survey *survey, const struct piece *pieces, size_t count)
 {
     uint64_t random = 18;
-    const uint32_t *corner = corner_indices(survey->scene, pieces->id);
-    const struct vec3 *at = scene_vertices(survey->scene);
+    uint32_t id = pieces->id;
+    double error = is_triangle(id) ? 0 : 0x1p-49 * survey->bvh->size;
     struct vec3 center =
         vec3(survey->bvh->center[0], survey->bvh->center[1], survey->bvh->center[2]);
     for (int i = 0; i < 100; i++) {
-        double u = random_between(&random, 0, 1), v = random_between(&random, 0, 1 - u);
-        if (i < 3) u = i == 1, v = i == 2;
-        struct vec3 point = vec_scale(at[corner[0]], 1 - u - v);
-        point = vec_add(point, vec_scale(at[corner[1]], u));
-        point = vec_sub(vec_add(point, vec_scale(at[corner[2]], v)), center);
+        struct vec3 point = is_triangle(id) ? triangle_point(survey->scene, id, i, &random)
+                                            : rod_point(survey->scene, id, i, &random);
+        point = vec_sub(point, center);
         size_t in = 0;
-        while (in < count && !is_in_box(&pieces[in], &point))
+        while (in < count && !is_in_box(&pieces[in], &point, error))
             in++;
         assert_true(in < count);
     }
@@ -546,6 +565,69 @@ static void test_few_slivers(void **state)
     assert_true(survey_pipe(7, 0).entries <= 14 + 14 / 4);
 }
 
+static struct builder *with_rods(uint32_t count, double spread, double transmission)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), transmission);
+    add_rods(builder, count, spread, 0);
+    return builder;
+}
+
+/* Nor have long thin cylinders and cones; close to the origin and far from it, where a float is coarse. */
+static void test_rods_are_cut(void **state)
+{
+    (void)state;
+    struct survey survey = check_tree(finish_scene(with_rods(2000, 5, 0)));
+    assert_int_equal(survey.primitives, 2000);
+    assert_true(survey.entries > 2000 * 8);
+    assert_true(survey.tests < 2000.0 / 16);
+    struct builder *builder = with_rods(2000, 5, 0);
+    add_pipe(builder, 100, 0);
+    add_sphere(builder, vec3(1e6, -1e6, 1e6), 10, 0);
+    assert_int_equal(check_tree(finish_scene(builder)).primitives, 2201);
+}
+
+/* Too few to be worth it, or so close together that the boxes of pieces would be the same, too. */
+static void test_rods_that_stay_whole(void **state)
+{
+    (void)state;
+    assert_int_equal(check_tree(finish_scene(with_rods(15, 5, 0))).entries, 15);
+    assert_int_equal(check_tree(finish_scene(with_rods(2000, 0.2, 0))).entries, 2000);
+}
+
+/* What fills its box, or runs along an axis, is not cut. */
+static void test_rods_that_fill_their_boxes(void **state)
+{
+    (void)state;
+    uint64_t random = 27;
+    struct builder *builder = with_material();
+    for (unsigned i = 0; i < 400; i++) {
+        struct cone cone = {.base = random_vector(&random, 10), .base_radius = 0.01};
+        struct vec3 along = random_vector(&random, 0.1);
+        if (i % 4 < 3) along = vec3(10 * (i % 4 == 0), 10 * (i % 4 == 1), 10 * (i % 4 == 2));
+        cone.apex = vec_add(cone.base, along);
+        assert_added(builder_add_cone(builder, &cone));
+    }
+    assert_int_equal(check_tree(finish_scene(builder)).entries, 400);
+}
+
+/* Longer than what can be multiplied, and shorter. */
+static void test_extreme_rods(void **state)
+{
+    (void)state;
+    uint64_t random = 28;
+    for (int power = -300; power <= 300; power += 100) {
+        struct builder *builder = with_material();
+        double size = pow(10, power);
+        for (unsigned i = 0; i < 100; i++) {
+            struct cone cone = {.base = random_vector(&random, size), .base_radius = size * 1e-5};
+            cone.apex = random_vector(&random, size);
+            assert_added(builder_add_cone(builder, &cone));
+        }
+        assert_int_equal(check_tree(finish_scene(builder)).primitives, 100);
+    }
+}
+
 /* A ray that meets several pieces of a triangle crosses it once. */
 static void test_pieces_count_once(void **state)
 {
@@ -568,6 +650,35 @@ static void test_pieces_count_once(void **state)
         expected += count_ahead(&found);
         assert_same(light_through(scene, bvh, &ray).x, ldexp(1, -(int)expected));
     }
+    free(bvh);
+    free(scene);
+}
+
+static void test_pieces_of_rods_count_once(void **state)
+{
+    (void)state;
+    uint64_t random = 29, exact = 0;
+    struct scene *scene = finish_scene(with_rods(500, 2, 0.5));
+    struct bvh *bvh = build_tree(scene);
+    unsigned met = 0;
+    assert_true(bvh->leaf_count > 500);
+    for (int i = 0; i < 2000; i++) {
+        const struct cone *aim = &scene_cones(scene)[i % 500];
+        struct vec3 to = vec_scale(vec_add(aim->base, aim->apex), 0.5);
+        struct ray ray =
+            ray_to(random_vector(&random, 15), vec_add(to, random_vector(&random, 0.01)));
+        struct shear shear = shear_of(&ray.direction);
+        const struct purpose purpose = {true, INFINITE};
+        unsigned expected = 0;
+        for (uint32_t k = 0; k < 500; k++) {
+            struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_CONE, k),
+                                                         &ray, &shear, &purpose, &exact);
+            expected += count_ahead(&found);
+        }
+        met += expected;
+        assert_same(light_through(scene, bvh, &ray).x, ldexp(1, -(int)expected));
+    }
+    assert_true(met > 1000);
     free(bvh);
     free(scene);
 }
@@ -695,7 +806,12 @@ int main(void)
         cmocka_unit_test(test_many_slivers),
         cmocka_unit_test(test_small_slivers),
         cmocka_unit_test(test_few_slivers),
+        cmocka_unit_test(test_rods_are_cut),
+        cmocka_unit_test(test_rods_that_stay_whole),
+        cmocka_unit_test(test_rods_that_fill_their_boxes),
+        cmocka_unit_test(test_extreme_rods),
         cmocka_unit_test(test_pieces_count_once),
+        cmocka_unit_test(test_pieces_of_rods_count_once),
         cmocka_unit_test(test_origin_in_a_slab_plane),
         cmocka_unit_test(test_tiny_direction),
         cmocka_unit_test(test_only_tiny_directions),

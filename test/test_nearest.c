@@ -395,6 +395,31 @@ static void test_pipe(void **state)
     free(scene);
 }
 
+/* Of which the tree has pieces. */
+static void test_rods(void **state)
+{
+    (void)state;
+    uint64_t random = 20;
+    static struct ray rays[PILE_RAYS];
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_rods(builder, 300, 1, 0);
+    struct scene *scene = finish_scene(builder);
+    for (unsigned form = 0; form < 6; form++) {
+        /* Across them, and along. */
+        struct vec3 eye = random_vector(&random, form < 2 ? 4 : 100);
+        if (form > 3) eye = vec3(-27, -36, -39);
+        for (int i = 0; i < PILE_RAYS; i++) {
+            if (form % 2) eye = vec_add(eye, random_vector(&random, 0.1));
+            double along = random_between(&random, -0.1, 1.1);
+            rays[i] = ray_to(
+                eye, vec_add(vec3(9 * along, 12 * along, 13 * along), random_vector(&random, 1)));
+        }
+        compare_with_brute(scene, rays);
+    }
+    free(scene);
+}
+
 /* Rays of all kinds from and to one of the clusters. */
 static void cluster_rays(const struct recipe *recipe, unsigned form, struct ray *rays)
 {
@@ -681,6 +706,7 @@ int main(void)
         cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_piles),
         cmocka_unit_test(test_pipe),
+        cmocka_unit_test(test_rods),
         cmocka_unit_test(test_clusters),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_tiny_and_far_away),

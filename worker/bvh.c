@@ -26,7 +26,7 @@
 static uint64_t room_for_pieces(const struct scene *scene)
 {
     uint64_t triangles = scene_triangle_count(scene);
-    return triangles / PIECES_SHARE + sliver_pieces_bound(triangles);
+    return triangles / PIECES_SHARE + sliver_pieces_bound(scene);
 }
 
 static uint64_t leaf_bound(const struct scene *scene)
@@ -42,7 +42,8 @@ static uint32_t weight_of(enum primitive_kind kind)
 
 static uint64_t weight_bound(const struct scene *scene)
 {
-    uint64_t weight = room_for_pieces(scene);
+    uint64_t weight =
+        room_for_pieces(scene) + rod_pieces_bound(scene) * (weight_of(PRIMITIVE_CONE) - 1);
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++)
         weight += scene->primitives[kind].count * weight_of(kind);
     return weight;
@@ -120,10 +121,9 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     }
 }
 
-static INLINED struct item item_of(const struct whole *whole, uint32_t id)
+static INLINED struct item item_in(const struct whole *whole, uint32_t id, struct bounds bounds)
 {
     struct item item = {.id = id, .weight = weight_of(primitive_kind(id))};
-    struct bounds bounds = primitive_bounds(whole->scene, id);
     for (unsigned axis = 0; axis < 3; axis++) {
         item.min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
         item.max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
@@ -131,22 +131,43 @@ static INLINED struct item item_of(const struct whole *whole, uint32_t id)
     return item;
 }
 
-static INLINED unsigned halvings_of(const struct collection *all, uint64_t index, uint32_t id)
+static INLINED struct item item_of(const struct whole *whole, uint32_t id)
+{
+    return item_in(whole, id, primitive_bounds(whole->scene, id));
+}
+
+static uint32_t cut_rod(const struct whole *whole, struct item *item, unsigned halvings)
+{
+    uint32_t id = item->id, count = UINT32_C(1) << halvings;
+    const struct cone *cone = &scene_cones(whole->scene)[primitive_index(id)];
+    for (uint32_t i = 0; i < count; i++)
+        item[i] = item_in(whole, id, cone_piece_bounds(cone, i, count));
+    return count;
+}
+
+/* A primitive's item becomes its pieces, for which there is room; returns how many. */
+static uint32_t cut(const struct whole *whole, struct item *item, unsigned halvings)
+{
+    return is_triangle(item->id) ? halve_triangle(whole, item, halvings)
+                                 : cut_rod(whole, item, halvings);
+}
+
+static INLINED unsigned halvings_of(const struct collection *all, uint64_t index)
 {
     const uint8_t *halvings = all->slivers->halvings;
-    return halvings && is_triangle(id) ? halvings[index] : 0;
+    return halvings ? halvings[index] : 0;
 }
 
 /* Cuts to count the pieces: where the items of the next part begin has to be known before any are put there. */
 static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
                                  uint32_t id)
 {
-    unsigned halvings = halvings_of(all, index, id);
+    unsigned halvings = halvings_of(all, index);
     part->uncut += is_triangle(id) && halvings == 0;
     part->count++;
     if (halvings == 0) return;
     struct item pieces[1 << HALVINGS_MAX] = {item_of(all->whole, id)};
-    part->count += halve_triangle(all->whole, pieces, halvings) - 1;
+    part->count += cut(all->whole, pieces, halvings) - 1;
 }
 
 static void count_part(void *context, uint32_t round)
@@ -159,11 +180,11 @@ static void count_part(void *context, uint32_t round)
 static INLINED void collect_member(const struct collection *all, struct part *part, uint64_t index,
                                    uint32_t id)
 {
-    unsigned halvings = halvings_of(all, index, id);
+    unsigned halvings = halvings_of(all, index);
     struct item *item = &all->whole->items[part->first + part->range.count];
     uint32_t count = 1;
     *item = item_of(all->whole, id);
-    if (halvings > 0) count = halve_triangle(all->whole, item, halvings);
+    if (halvings > 0) count = cut(all->whole, item, halvings);
     for (uint32_t i = 0; i < count; i++)
         range_add(&part->range, &item[i]);
 }

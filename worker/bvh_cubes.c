@@ -10,18 +10,18 @@ struct cubes cubes_for(uint32_t boxes)
     uint32_t mask = 1;
     while (mask < 4 * (uint64_t)boxes && mask < UINT32_MAX / 2)
         mask = 2 * mask + 1;
-    return (struct cubes){allocate_zeroed((size_t)mask + 1, 1), mask};
+    return (struct cubes){allocate_zeroed((size_t)mask + 1, sizeof(uint16_t)), mask};
 }
 
 /* Of cubes too far away to be numbered, the one in the middle. */
 static int64_t place_of(double distance, int exponent)
 {
-    double place = floor(ldexp(distance, -exponent));
+    double place = floor(ldexp(distance, -exponent) + 0.5);
     return fabs(place) < 0x1p62 ? (int64_t)place : 0;
 }
 
 /* Of its place among those of its size, and its size. */
-static uint8_t *counter_of(const struct cubes *cubes, struct cube cube)
+static uint16_t *counter_of(const struct cubes *cubes, struct cube cube)
 {
     uint64_t hash = (uint64_t)(int64_t)cube.exponent;
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -35,13 +35,13 @@ static uint8_t *counter_of(const struct cubes *cubes, struct cube cube)
 
 void cubes_count(struct cubes *cubes, struct cube cube)
 {
-    uint8_t *count = counter_of(cubes, cube);
-    if (*count < CROWD) ++*count;
+    uint16_t *count = counter_of(cubes, cube);
+    if (*count < UINT16_MAX) ++*count;
 }
 
-bool cubes_are_crowded(const struct cubes *cubes, struct cube cube)
+uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube)
 {
-    return *counter_of(cubes, cube) == CROWD;
+    return *counter_of(cubes, cube);
 }
 
 void cubes_free(struct cubes *cubes)

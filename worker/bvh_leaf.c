@@ -128,7 +128,7 @@ static void sort_by_id(struct item *items, uint32_t count)
     }
 }
 
-/* In order of their ids, pieces of the same triangle as one; returns how many are left. */
+/* In order of their ids, pieces of the same primitive as one; returns how many are left. */
 static uint32_t join_pieces(struct item *items, uint32_t count)
 {
     uint32_t left = 0;

@@ -15,7 +15,7 @@ struct leaf_room {
 };
 
 /* Writes the leaves of bvh_build_nodes() in order of their nodes, which learn where they stand. Pieces
- * of the same triangle become one entry of a leaf. */
+ * of the same primitive become one entry of a leaf. */
 struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
                                   uint32_t node_count, struct bvh_leaf *leaves);
 

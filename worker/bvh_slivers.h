@@ -1,5 +1,5 @@
 /*
- * Which triangles are cut into pieces before their tree is built.
+ * Which triangles, and which rods (worker/bvh_rods.h), are cut into pieces before their tree is built.
  *
  * A long thin triangle that runs across the axes leaves most of its box empty. Where there are many, the facets of a
  * pipe or a fan, they all have nearly the same box, and a ray that comes near is tested with each. The boxes of n
@@ -19,11 +19,12 @@
 #define HALVINGS_MAX 5
 
 struct bvh_slivers {
-    uint8_t *halvings; /* of each triangle and patch, in this order; owned; NULL: none is cut */
+    uint8_t *halvings; /* of each bounded primitive, see bounded_id(); owned; NULL: none is cut */
 };
 
-/* Pieces that are added to so many triangles, at most. */
-uint64_t sliver_pieces_bound(uint64_t triangles);
+/* Pieces that are added to a scene's primitives, at most, and how many of these may be of rods. */
+uint64_t sliver_pieces_bound(const struct scene *scene);
+uint64_t rod_pieces_bound(const struct scene *scene);
 
 /* The same for any crew, which may be NULL. */
 void bvh_slivers_find(const struct scene *scene, struct crew *crew, const struct bvh_trees *trees,

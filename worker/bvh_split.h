@@ -17,8 +17,8 @@
 #include "worker/extent.h"
 
 /*
- * A primitive, or a piece of a triangle, while the tree is built; moved about instead of its index,
- * to read memory in order. Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is
+ * A primitive, or a piece of a triangle or a rod, while the tree is built; moved about instead of its
+ * index, to read memory in order. Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is
  * beyond, so that nothing here becomes infinite or NaN.
  */
 struct item {

@@ -18,6 +18,14 @@ uint64_t bounded_count(const struct scene *scene)
     return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
 }
 
+uint64_t bounded_before(const struct scene *scene, enum primitive_kind kind)
+{
+    uint64_t before = 0;
+    for (enum primitive_kind k = 0; k < kind; k++)
+        before += scene->primitives[k].count;
+    return before;
+}
+
 uint32_t bounded_id(const struct scene *scene, uint64_t index)
 {
     enum primitive_kind kind = 0;
@@ -215,7 +223,7 @@ static void keep_crowded(struct fine *fine, const double center[3])
     for (uint32_t i = 0; i < fine->count; i++)
         cubes_count(&cubes, cube_of(&fine->at[i].box, center));
     for (uint32_t i = 0; i < fine->count; i++)
-        if (cubes_are_crowded(&cubes, cube_of(&fine->at[i].box, center)))
+        if (cubes_crowd(&cubes, cube_of(&fine->at[i].box, center)) >= CROWD)
             fine->at[kept++] = fine->at[i];
     cubes_free(&cubes);
     fine->count = kept;

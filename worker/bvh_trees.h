@@ -31,6 +31,20 @@ uint64_t bounded_count(const struct scene *scene);
 uint32_t bounded_id(const struct scene *scene, uint64_t index);
 uint32_t bounded_id_after(const struct scene *scene, uint32_t id);
 
+/* Those of the kinds before one. */
+uint64_t bounded_before(const struct scene *scene, enum primitive_kind kind);
+
+/* The tree that it is in, and the centre of that, [3]. */
+static inline uint32_t tree_of_bounded(const struct bvh_trees *trees, uint64_t index)
+{
+    return trees->tree_of ? trees->tree_of[index] : 0;
+}
+
+static inline const double *center_of_bounded(const struct bvh_trees *trees, uint64_t index)
+{
+    return trees->center[tree_of_bounded(trees, index)];
+}
+
 /* Of a scene that has something bounded. No tree is empty. The same for any crew, which may be NULL. */
 void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees);
 void bvh_trees_free(struct bvh_trees *trees);

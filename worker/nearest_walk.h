@@ -71,7 +71,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     struct crossing crossing = {id, found->part[i], found->t[i]};
     double t = crossing.t, error = 0;
     if (!crossing_counts(walk->probe.ray, t)) return;
-    if (id == walk->hit.primitive) return; /* another piece of the same triangle */
+    if (id == walk->hit.primitive) return; /* another piece of the same primitive */
     if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));

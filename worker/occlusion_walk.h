@@ -83,7 +83,7 @@ static inline void passages_sort(struct passages *passages)
 }
 
 /*
- * The product of the factors, always in the same order: the same bits for every tree. A triangle with pieces
+ * The product of the factors, always in the same order: the same bits for every tree. A primitive with pieces
  * in several leaves may have been found more than once.
  */
 static inline struct vec3 passages_filter(struct passages *passages,

@@ -40,6 +40,14 @@ static inline double bounds_size(const struct bounds *box)
     return size;
 }
 
+/* Half the surface. */
+static inline double bounds_area(const struct bounds *box)
+{
+    double x = box->max[0] - box->min[0], y = box->max[1] - box->min[1];
+    double z = box->max[2] - box->min[2];
+    return x * y + y * z + z * x;
+}
+
 static inline double bounds_middle(const struct bounds *box, unsigned axis)
 {
     return box->min[axis] / 2 + box->max[axis] / 2;

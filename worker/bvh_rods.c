@@ -1,0 +1,75 @@
+#include "worker/bvh_rods.h"
+
+#include "common/extremes.h"
+#include "worker/bvh_cubes.h"
+#include "worker/cone.h"
+
+double rod_waste(const struct cone *cone)
+{
+    struct bounds box = cone_bounds(cone);
+    double radius = larger_number(cone->base_radius, cone->apex_radius);
+    double length = vec_length(vec_sub(cone->apex, cone->base));
+    return bounds_area(&box) / (4 * radius * (length + radius));
+}
+
+/* The rods of a scene, and the cubes that their boxes and the boxes of their pieces are in. */
+struct rods {
+    const struct scene *scene;
+    const struct bvh_trees *trees;
+    uint64_t first;    /* cone, counted as by bounded_id() */
+    uint8_t *halvings; /* of each cone */
+    struct cubes wholes, pieces;
+};
+
+static const double *center_at(const struct rods *rods, uint32_t cone)
+{
+    return center_of_bounded(rods->trees, rods->first + cone);
+}
+
+static void count_rod(struct rods *rods, uint32_t i)
+{
+    const struct cone *cone = &scene_cones(rods->scene)[i];
+    uint32_t count = UINT32_C(1) << rods->halvings[i];
+    struct bounds box = cone_bounds(cone);
+    cubes_count(&rods->wholes, cube_around(&box, center_at(rods, i)));
+    for (uint32_t piece = 0; piece < count; piece++) {
+        box = cone_piece_bounds(cone, piece, count);
+        cubes_count(&rods->pieces, cube_around(&box, center_at(rods, i)));
+    }
+}
+
+/* A ray along a rod may meet so many times as many pieces, of any rods, as it would meet rods if all were whole: then a
+ * bundle seen from its end takes up to twice as long, and one seen from aside a third. With 3, 3 times as long from its
+ * end; with 1 a grid of thin rods, and a bundle of mirrors, are left whole, which gain most. */
+#define ALONG 2
+
+static bool is_in_bundle(const struct rods *rods, uint32_t i)
+{
+    const struct cone *cone = &scene_cones(rods->scene)[i];
+    uint32_t count = UINT32_C(1) << rods->halvings[i], met = 0;
+    struct bounds box = cone_bounds(cone);
+    uint32_t whole = cubes_crowd(&rods->wholes, cube_around(&box, center_at(rods, i)));
+    for (uint32_t piece = 0; piece < count; piece++) {
+        box = cone_piece_bounds(cone, piece, count);
+        met += cubes_crowd(&rods->pieces, cube_around(&box, center_at(rods, i)));
+    }
+    return met > ALONG * whole;
+}
+
+void keep_bundles_whole(const struct scene *scene, const struct bvh_trees *trees, uint8_t *halvings)
+{
+    uint64_t first = bounded_before(scene, PRIMITIVE_CONE);
+    uint32_t cones = (uint32_t)scene->primitives[PRIMITIVE_CONE].count, cut = 0, pieces = 0;
+    for (uint32_t i = 0; i < cones; i++) {
+        cut += halvings[first + i] > 0;
+        pieces += halvings[first + i] > 0 ? UINT32_C(1) << halvings[first + i] : 0;
+    }
+    if (cut == 0) return;
+    struct rods rods = {scene, trees, first, halvings + first, cubes_for(cut), cubes_for(pieces)};
+    for (uint32_t i = 0; i < cones; i++)
+        if (rods.halvings[i] > 0) count_rod(&rods, i);
+    for (uint32_t i = 0; i < cones; i++)
+        if (rods.halvings[i] > 0 && is_in_bundle(&rods, i)) rods.halvings[i] = 0;
+    cubes_free(&rods.wholes);
+    cubes_free(&rods.pieces);
+}
