@@ -24,7 +24,7 @@
 #define NAP_PART     (1.0 / 32)
 
 /*
- * If a task takes longer than this, someone who sleeps for NAP_SELDOM at a time notices in time that half of
+ * If a task takes longer than this, a waiter that sleeps for NAP_SELDOM at a time notices in time that half of
  * it is done. It is twice as long as needed because durations are only predicted.
  */
 #define NAP_CALL (4 * NAP_SELDOM)

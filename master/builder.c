@@ -368,7 +368,7 @@ static void pack(struct list *list, size_t size, uint32_t *place)
     list->count = kept;
 }
 
-/* Where primitives of a kind have an index into a table. */
+/* The place in primitives of a kind that holds an index into a table. */
 struct reference {
     enum primitive_kind kind;
     size_t offset;
@@ -425,7 +425,8 @@ static void drop_unused_corners(struct builder *builder)
     drop_unused(builder, &builder->normals, sizeof(struct vec3), normals, 3);
 }
 
-/* Not with the paper's formulas, which may take a ray's start for a hit: with these every surface is met. */
+/* Drops duplicates, which are never hit. Not called with the paper's formulas, which may take a ray's start for a hit,
+ * so that every surface is hit. */
 static void drop_unseen(struct builder *builder)
 {
     for (int k = 0; k < PRIMITIVE_KINDS; k++) {

@@ -30,8 +30,8 @@ static inline double effort_between(const struct effort *effort, uint32_t from, 
 /* Adds CPU seconds that were spent on pixels' first samples, or on later ones. */
 void effort_add_seconds(struct effort *effort, bool first, double seconds);
 
-/* Adds the samples that have brought a pixel from a level to a higher one, with so many rays per sample. from = 0: they
- * are its first ones. */
+/* Adds the samples that have brought a pixel from a level to a higher one. rays: per sample. from = 0: they are its
+ * first ones. */
 void effort_add(struct effort *effort, uint32_t from, uint32_t to, double rays);
 
 /* CPU seconds so far: on first samples; on all others. */

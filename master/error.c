@@ -46,7 +46,7 @@ struct error_estimate error_estimate(const struct error_breakdown *breakdown, ui
     if (pixels == 0 || !(sum->squares > 0)) return (struct error_estimate){0, 0, 0};
     double miss = (1 - ERROR_CONFIDENCE) * miss_parts[look] * 6 / (M_PI * M_PI * number * number);
     /* The estimate is compared with what these pixels' errors happen to be. Their sum is as uncertain as the estimate,
-     * and independent of it but for the pixels that both share. */
+     * and independent of it except for the pixels that both share. */
     double luck = normal_quantile(miss) * M_SQRT2 * log_spread(sum);
     double less = (breakdown->hidden + breakdown->carried) / sum->squares * log(HIDDEN_LEAST);
     double more = breakdown->hidden / sum->squares * log(HIDDEN_MOST);

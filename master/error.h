@@ -36,23 +36,23 @@ struct error_estimate {
  * A run that is looked at again and again sooner or later has an interval that does not contain the error. So look
  * number k of a kind may miss with a probability of 6 / (pi k)^2 of what all looks of this kind together may; these
  * probabilities add up to that for any number of looks. Looks after whole passes decide whether there is another pass,
- * which must not depend on how often somebody has looked in between. So the two kinds are counted separately.
+ * which must not depend on the number of looks in between. So the two kinds are counted separately.
  */
 enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
 
 /*
- * What is hidden is over- or underestimated for much the same reasons at all looks of a run, so its part of the
- * interval does not get wider with their number. The squared error that is hidden is taken to be at least HIDDEN_LEAST
- * and at most HIDDEN_MOST times its estimate. Of 2304 runs of 400 pictures of discs, needles and hairs, 0.04 to 2
- * pixels wide, 11 then had an error below their interval and 24 had one above it; with bounds of half these logarithms
- * 32 and 24, with bounds of twice these 8 and 22 (make bench-error ERROR_SECTIONS=fields). Misses above hardly depend
- * on the bounds: in these runs something is hit that nothing before was like.
+ * The hidden error is over- or underestimated for much the same reasons at all looks of a run, so its part of the
+ * interval does not widen with their number. The squared hidden error is taken to be at least HIDDEN_LEAST and at most
+ * HIDDEN_MOST times its estimate. With these bounds, of 2304 runs of 400 pictures of discs, needles and hairs, 0.04 to
+ * 2 pixels wide, 11 had an error below their interval and 24 had one above it. With bounds of half these logarithms the
+ * numbers were 32 and 24, with bounds of twice these logarithms 8 and 22 (make bench-error ERROR_SECTIONS=fields).
+ * Errors above the interval hardly depend on the bounds: in these runs something is hit that is unlike anything before.
  *
- * What is carried can be overestimated by as much. It is where later samples of a pixel make up for earlier ones, as
- * all its samples are spread evenly together. Besides, where much is carried, what few samples have hit decides which
- * pixels get more of them, and the error of those that get none is overestimated. Of 300 hairs, 0.3 to 0.8 pixels wide
- * (640 x 480), the estimate was up to 1.6 times the squared error in passes between; a fifth to a third of that was
- * carried.
+ * The carried error can be overestimated by as much. It is overestimated where later samples of a pixel make up for
+ * earlier ones, as all its samples are spread evenly together. Besides, where much is carried, few samples that have
+ * hit something decide which pixels get more samples, and the error of pixels that get none is overestimated. Of 300
+ * hairs, 0.3 to 0.8 pixels wide (640 x 480), the estimate was up to 1.6 times the squared error in passes between; a
+ * fifth to a third of that was carried.
  */
 #define HIDDEN_LEAST (1.0 / 16)
 #define HIDDEN_MOST  4.0

@@ -148,7 +148,7 @@ static struct prospect prospect_if_off(const struct halfway *it, struct input_er
                              exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
 }
 
-/* The logarithm, up to a constant, of the time that so many samples take. */
+/* The logarithm, up to a constant, of the time that this number of samples takes. */
 static double log_effort(double samples)
 {
     return log(samples + FORECAST_ROOT * sqrt(samples));

@@ -78,20 +78,20 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);
 
 /*
- * Where hardly anything is still to come, the slope hardly matters, but two runs just alike take different times. They
- * scatter by FORECAST_SCATTER, the standard deviation of eight runs of 5 ms on an otherwise idle machine (8 to 36 %
- * where others used the processor, which cannot be foreseen). What is to come takes at least a pass, whose planning
- * takes plan_s and is not part of the forecast.
+ * Sets the least uncertainty of a forecast. If hardly anything is still to come, the slope hardly matters, but equal
+ * runs take different times. Their relative standard deviation is FORECAST_SCATTER, as measured in eight runs of 5 ms
+ * on an otherwise idle machine (8 to 36 % where others used the processor, which cannot be foreseen). plan_s is added,
+ * as what is still to come takes at least one pass, whose planning takes plan_s and is not part of the forecast.
  */
 #define FORECAST_SCATTER 0.02
 void forecast_set_scatter(struct error_forecast *forecast, double plan_s);
 
-/* No slope of error against time is steeper: the error of n samples is n^-3/2 at best, and they take at least n^0.70 as
- * long. A steeper one says that a few pixels have most of the error, and will not last. */
+/* The steepest possible slope of error against time: the error of n samples is n^-3/2 at best, and they take at least
+ * n^0.70 as long. A steeper slope means that a few pixels have most of the error, and will not last. */
 #define FORECAST_STEEPEST (1.5 / 0.70)
 
-/* Seconds of rendering until the error is rmse. *low and *high: one standard deviation of the slope to either side, and
- * at least what times scatter by, but not less time than there has been. */
+/* Seconds of rendering until the error is rmse. *low and *high: the same with a slope that is one standard deviation
+ * steeper or flatter, and at least `scatter` lower or higher; but scatter does not lower *low below the time so far. */
 double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
                         double *high);
 

@@ -149,7 +149,7 @@ bool keep(struct run *run, const char *then)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
     char *place = printable_text(kept.path);
-    /* Not a message, in which a newline between quotes would be replaced, which makes another command. */
+    /* Not user_note(), which would replace a newline between quotes and so change the command. */
     fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
             plainly ? "" : ", start it in the same way", command);
     free(place);

@@ -23,7 +23,7 @@
 
 #define NONE UINT32_MAX
 
-/* Unknown names of materials that are warned of one by one; of further ones only the number is told. */
+/* Unknown names of materials that are warned of one by one; of further ones only the number is reported. */
 #define TOLD_NAMES 5
 
 struct obj_corner {

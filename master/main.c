@@ -147,9 +147,9 @@ static void dismiss_crew(struct run *run)
 /* The picture is complete: returns the exit status. */
 static int conclude(struct run *run, const struct service *service, const struct node_scene *shared)
 {
-    /* As if a single run had rendered all. */
+    /* For the whole picture, as if a single run had rendered it. */
     double render_s = service->render_s + run->report.resumed.render_s;
-    /* Since then the master may have waited for silent renderers. */
+    /* Not the present time, as the master may have waited for silent renderers since. */
     double ended = service->began_at + service->render_s;
     bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
     forecast_set_scatter(&run->report.forecast, service->last_plan_s);
@@ -325,7 +325,7 @@ static bool speaks_first(void)
     return !rank || strcmp(rank, "0") == 0;
 }
 
-/* Of the MPI library only the first line is printed: its name and version. */
+/* Prints versions. Only the first line of that of the MPI library is printed, which has its name and version. */
 static void print_version(void)
 {
     char library[MPI_MAX_LIBRARY_VERSION_STRING];

@@ -26,13 +26,13 @@ struct outlook {
     struct outlook_class classes[OUTLOOK_CLASSES];
 };
 
-/* Adds a tile of so much predicted work and so many pixels that is to be rendered; removes one, because its prediction
+/* Adds a tile that is to be rendered, with its predicted work and number of pixels; removes one, because its prediction
  * changes or it is finished. */
 void outlook_add(struct outlook *outlook, double work, uint64_t pixels);
 void outlook_remove(struct outlook *outlook, double work, uint64_t pixels);
 
-/* Counts a tile as finished, in so many seconds, or as finished by an earlier run. It must not be among the tiles that
- * are added at present. */
+/* Counts a tile as finished in this number of seconds, or as finished by an earlier run. It must not be among the
+ * tiles that are added at present. */
 void outlook_finish(struct outlook *outlook, double work, uint64_t pixels, double seconds);
 void outlook_skip(struct outlook *outlook, double work, uint64_t pixels);
 

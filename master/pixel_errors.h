@@ -61,11 +61,12 @@ void pixel_errors_leave_done(struct pixel_errors *errors);
  */
 const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew);
 
-/* The same; updates also each pixel's part of what is hidden and, if all pixels have samples, its expected error. */
+/* The same. It also updates each pixel's part of the hidden error and, if all pixels have samples, its expected
+ * error. */
 const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, struct crew *crew);
 
-/* Of the totals, while they are valid: the sum of squared errors as estimated from the halves; the picture's error
- * including what is hidden. */
+/* From the totals, while they are valid: the sum of squared errors estimated from the halves; the picture's error
+ * including the hidden part. */
 double pixel_errors_halves(const struct pixel_errors *errors);
 struct error_breakdown pixel_errors_breakdown(const struct pixel_errors *errors);
 

@@ -41,9 +41,9 @@ static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 
 /* ---- what all are worth ---- */
 
-/* Parts of a picture are allocated in parallel: each of about so many pixels, a hundredth of a second of work, and no
- * more than PARTS_MOST of them, as an allocation takes half a megabyte. The parts do not depend on the crew, as the
- * rounding of sums depends on them. */
+/* Parts of a picture are allocated in parallel: each has about PART_PIXELS pixels, a hundredth of a second of work.
+ * There are at most PARTS_MOST parts, as an allocation takes half a megabyte. The parts do not depend on the crew, as
+ * the rounding of sums depends on them. */
 #define PART_PIXELS (1u << 20)
 #define PARTS_MOST  64
 

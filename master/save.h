@@ -76,7 +76,7 @@ void save_part(struct save *save, const struct tile *tile, const struct result_h
 
 struct save_kept {
     char *path; /* of the journal; owned by the caller */
-    /* Not the one that was asked for, because that could not be written. */
+    /* It is not at the requested path, because that could not be written. */
     bool moved;
     uint64_t lost; /* number of tiles that could not be written anywhere */
     uint64_t lost_pixels;

@@ -15,7 +15,8 @@ static struct tile strip_tile(const struct shares *shares, uint32_t id)
                          .step = 1};
 }
 
-/* Its phase may be beyond the last pixel: then the renderer has no pixel in this band. */
+/* The tile of this id under the cyclic schedule. If its phase is beyond the last pixel, the renderer has no pixel in
+ * this band. */
 static struct tile cyclic_tile(const struct shares *shares, uint32_t id)
 {
     uint32_t renderers = shares->config.renderers;
@@ -52,8 +53,8 @@ bool share_has_pixels(const struct tile *tile)
     return tile->phase < tile->w * tile->h;
 }
 
-/* Rows of a band: as configured, or for about so many pixels; at least 1, and not more than the picture has or fit into
- * a tile. */
+/* The rows of a band: as configured, or for about `pixels` pixels; at least 1, and at most those of the picture or
+ * those that fit into a tile. */
 static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 {
     uint32_t width = config->width, most = smaller(config->height, TILE_MAX_PIXELS / width);

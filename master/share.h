@@ -63,8 +63,8 @@ bool share_has_pixels(const struct tile *tile);
 /* Hands out the next tile of a renderer's share. false: there is none left. */
 bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile);
 
-/* Counts a tile as finished at the time now, seconds after the start, after so many seconds of rendering; or as
- * finished by an earlier run. */
+/* Counts a tile as finished, or as finished by an earlier run. now: the time when it came in, seconds since the start;
+ * seconds: of rendering it. */
 void share_finish(struct shares *shares, const struct tile *tile, double now, double seconds);
 void share_skip(struct shares *shares, const struct tile *tile);
 

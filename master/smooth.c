@@ -202,7 +202,7 @@ static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t 
     }
 }
 
-/* Whether the normal of the corner's group equals the face's own but for rounding: the face is flat there. */
+/* Whether the normal of the corner's group equals the face's own up to rounding, so that the face is flat there. */
 static bool is_face_normal(const struct smoothing *s, uint64_t corner)
 {
     struct vec3 sum = s->normals[s->leader[corner]], face = s->faces[corner / 3];

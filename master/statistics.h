@@ -47,7 +47,7 @@ struct new_samples {
     const float *mean, *difference, *spread, *rays;
 };
 
-/* To be written by the functions below alone. Arrays are owned but for the canvas. */
+/* To be written by the functions below alone. Arrays are owned, except for the canvas. */
 struct statistics {
     struct canvas *canvas; /* the means; the caller's own */
     struct levels levels;
