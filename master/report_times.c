@@ -8,10 +8,10 @@
 #include "master/report_parts.h"
 
 enum {
-    ROW_COLUMNS = 40,  /* a rank's row without pixels, host and bar */
-    SHARE_COLUMNS = 9, /* what the column of pixels takes besides */
-    RANKS_MAX = 16,    /* of more ranks than this only some are shown, */
-    RANKS_ENDS = 4,    /* namely this many of the busiest and of the idlest */
+    ROW_COLUMNS = 40,   /* a rank's row without pixels, host and bar */
+    PIXELS_COLUMNS = 9, /* what the column of pixels takes besides */
+    RANKS_MAX = 16,     /* of more ranks than this only some are shown, */
+    RANKS_ENDS = 4,     /* namely this many of the busiest and of the idlest */
     BAR_MIN = 6,
     BAR_MAX = 24,
 };
@@ -146,7 +146,7 @@ static bool hosts_differ(const struct report *report)
 /* Whether a line has room for the number of pixels besides their share and a bar. */
 static bool shows_pixels(const struct table *table)
 {
-    return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
+    return table->columns >= ROW_COLUMNS + PIXELS_COLUMNS + 2 + BAR_MIN;
 }
 
 /* pixels: all those rendered; most: busy seconds of the busiest rank, which has the longest bar. */

@@ -28,10 +28,9 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is no reference */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: sampling is not adaptive */
-    struct crew *
-        /* Threads for work that all ranks of the node wait for: planning passes and writing the picture. NULL: rank 0
-         * does it alone. */
-        crew;
+    /* Threads for work that all ranks of the node wait for: planning passes and writing the picture. NULL: rank 0
+     * works alone. */
+    struct crew *crew;
     struct save *save; /* NULL: output.journal is empty, or the journal is closed */
     struct timeline timeline;
     struct renderer_stats *stats;

@@ -37,8 +37,9 @@ uint64_t rod_pieces_bound(const struct scene *scene)
  * has 1 to 2. Seven scenes of pipes, blinds, fans and wheels take the same time with 4 and with 16, within 4 %. */
 #define WASTE 8
 
-/* The same of a rod's box and that of one along an axis: as a rod takes longer to test, thicker pieces than of triangles
- * are worth it. Bundles take a third less with 4 than with 8, with 2 the same. */
+/* The same for rods: the ratio of the area of the box to that of the same rod along an axis. As a rod takes longer to
+ * test than a triangle, thicker pieces are worth it. Bundles take a third less time with 4 than with 8, and with 2 the
+ * same as with 4. */
 #define ROD_WASTE 4
 
 static double triangle_waste(const struct scene *scene, uint32_t id)
