@@ -1,7 +1,7 @@
 /*
- * A bounding volume hierarchy over the bounded primitives of a scene: eight boxes to a node, so
- * that one step looks at all of them in SIMD. Like the scene block it is one piece of memory with
- * indices instead of pointers, so that a node's ranks share one. The same scene gives the same
+ * A bounding volume hierarchy (BVH) over the bounded primitives of a scene. A node has up to eight children, so that a
+ * ray is intersected with all their boxes at once in SIMD. Like the scene block, the hierarchy is one block of memory
+ * with indices instead of pointers, so that all ranks of a compute node share one copy. The same scene gives the same
  * bytes on every machine.
  */
 #ifndef FARM_WORKER_BVH_H
@@ -15,74 +15,82 @@
 
 #define BVH_WIDTH 8
 
-/* Of trees, and of what is in them. */
+/* Alignment of trees and of the arrays in them, in bytes. */
 #define BVH_ALIGNMENT ((size_t)64)
 
-/* The boxes of a node's children, from the tree's centre and rounded outward to float. Those of an
- * empty slot, which comes behind the others, are min = infinity, max = -infinity; its child and
- * count are 0, as only the root's number is. */
+/* The boxes of a node's children, relative to the tree's centre and rounded outward to float. Empty slots come after
+ * the others. Their box is min = infinity, max = -infinity. Their child and count are both 0, which no other slot
+ * has, as node 0 is the root. */
 struct bvh_node {
     alignas(BVH_ALIGNMENT) float min[3][BVH_WIDTH];
     float max[3][BVH_WIDTH];
-    uint32_t child[BVH_WIDTH]; /* an inner node's index; a leaf's place in bvh_leaves() */
-    uint32_t count[BVH_WIDTH]; /* entries of a leaf; 0: an inner node, or empty */
+    /* an inner node: its index; a leaf: index of its first entry in bvh_leaves() */
+    uint32_t child[BVH_WIDTH];
+    /* a leaf: number of its entries; 0: an inner node, or an empty slot */
+    uint32_t count[BVH_WIDTH];
 };
 
 _Static_assert(sizeof(struct bvh_node) == 256, "four cache lines");
 
 /*
- * What a leaf needs of a primitive. Those of a leaf are in the order of their ids: triangles and
+ * An entry of a leaf: what the leaf stores of a primitive. The entries of a leaf are sorted by id, so triangles and
  * patches come first.
  */
 struct bvh_leaf {
     uint32_t id : 31;
-    uint32_t transparent : 1; /* 1: its material lets light through; here for shadow rays, which
-                               * need nothing else of what is opaque */
+    /* 1: the material of the primitive transmits light. Stored here for shadow rays, which need no other property of
+     * an opaque blocker. */
+    uint32_t transparent : 1;
 };
 
 _Static_assert(sizeof(struct bvh_leaf) == 4, "sixteen to a cache line");
 _Static_assert(PRIMITIVE_KINDS <= 8, "an id has 31 bits");
 
 /*
- * Where a leaf's triangles are, roughly, for worker/rough_triangles.h; it stands behind the leaf's
- * entries. In each axis a corner is at base + place * unit from the tree's centre, rounded to the
- * nearest place. Row axis * 3 + corner has a place for each of the leaf's triangles.
+ * The vertices of a leaf's triangles, quantized to 16 bits for worker/rough_triangles.h; stored directly after the
+ * leaf's entries. On each axis a vertex is at base + place * unit, relative to the tree's centre and rounded to the
+ * nearest place. Row axis * 3 + corner has one place for each triangle of the leaf.
  */
 struct bvh_corners {
     float base[3];
-    float inverse; /* of the unit, which is a power of two; NaN: such places say nothing */
+    /* 1 / unit, where the unit is a power of two; NaN: the places must not be used */
+    float inverse;
     uint16_t place[];
 };
 
 #define CORNER_ROWS 9
 
 /*
- * Nodes on the longest way from the root to a leaf, both ends counted: a walk that descends into
- * the nearest child and keeps the others needs a stack of BVH_STACK entries.
+ * BVH_MAX_DEPTH: the most nodes on a path from the root to a leaf, both ends included. A traversal that descends into
+ * the nearest child and pushes the others needs a stack of BVH_STACK entries.
  */
 #define BVH_MAX_DEPTH 32
 #define BVH_STACK     ((BVH_WIDTH - 1) * BVH_MAX_DEPTH + 1)
 
 /*
- * A tree. What is too fine for floats that count from the centre of most of a scene is in further trees, with centres
- * of their own, which stand behind the first one in the same block; see worker/bvh_trees.h. A ray is traced through
- * those whose boxes it meets, in any order; see worker/several.h.
+ * A tree: this header is followed by its nodes and leaves. Floats relative to the centre of most of a scene are too
+ * coarse for some clusters of small primitives. These get further trees with centres of their own, which are stored
+ * after the first tree in the same block; see worker/bvh_trees.h. A ray is traced, in any order, through the trees
+ * whose boxes it meets; see worker/several.h.
  */
 struct bvh {
-    uint64_t bytes; /* of the first tree: in use, all trees together */
+    uint64_t bytes; /* first tree only: bytes in use by all trees together */
     uint64_t node_count;
-    uint64_t leaf_count;    /* entries of all leaves */
-    uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
+    uint64_t leaf_count;    /* number of entries of all leaves */
+    uint64_t transparent;   /* 1: some material of the scene transmits light; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
-    /* 0 unless most of the scene is small and far from the origin: a float's spacing is 64 at 1e9. */
+    /* Origin of the tree's coordinates. In the first tree it is 0 unless most of the scene is small and far from the
+     * origin: the spacing of floats is 64 at 1e9. */
     double center[3];
-    float min[3], max[3]; /* of the root, like a node's */
-    double reach;         /* the largest coordinate of these */
-    double size; /* the same, and the centre's largest coordinate: no coordinate of the scene
-                           * is larger but by rounding */
-    uint64_t next_offset;  /* from this one to the next tree, in bytes; 0: there is none */
-    uint64_t boxes_offset; /* of the first of several trees: to bvh_boxes(); else 0 */
+    float min[3], max[3]; /* box of the root, relative to the centre as in a node */
+    double reach;         /* largest absolute coordinate of min and max */
+    /* reach plus the centre's largest absolute coordinate. No absolute coordinate of the tree's primitives is
+     * larger, except by rounding. */
+    double size;
+    /* bytes from the start of this tree to that of the next one; 0: this is the last */
+    uint64_t next_offset;
+    uint64_t boxes_offset; /* first of several trees: byte offset of bvh_boxes(); else 0 */
 };
 
 static inline const struct bvh *bvh_next(const struct bvh *bvh)
@@ -91,9 +99,10 @@ static inline const struct bvh *bvh_next(const struct bvh *bvh)
 }
 
 /*
- * The boxes of all trees, so that a ray is made ready for those alone that it may meet something in: a tree whose nodes
- * stand side by side, and none above the others. A box's child is where its tree begins behind the first one, in units
- * of BVH_ALIGNMENT; its count is 1, and leaf_count is how many there are. NULL: there is one tree.
+ * Returns the boxes of all trees, so that a ray only has to be prepared for the trees whose boxes it meets. NULL: there
+ * is only one tree. The boxes are stored as a struct bvh whose nodes are a flat array, with no node above the others.
+ * leaf_count is the number of boxes. The child of a box is the offset of its tree from the first tree, in units of
+ * BVH_ALIGNMENT, and its count is 1.
  */
 static inline const struct bvh *bvh_boxes(const struct bvh *first)
 {
@@ -110,7 +119,7 @@ static inline const struct bvh_leaf *bvh_leaves(const struct bvh *bvh)
     return (const void *)((const char *)bvh + bvh->leaves_offset);
 }
 
-/* Where in a node the planes of an axis are that a ray meets first and last. */
+/* Byte offsets in a node of the planes of an axis that a ray meets first (near) and last (far). */
 struct node_planes {
     size_t near, far;
 };
@@ -122,28 +131,30 @@ static inline struct node_planes node_planes_of(unsigned axis, bool down)
     return down ? (struct node_planes){max, min} : (struct node_planes){min, max};
 }
 
-/* Of any primitive, planes too. */
+/* The leaf entry of any primitive, planes included. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 
-/* Behind `count` entries of a leaf, of which the first so many are triangles. */
+/* The quantized vertices of a leaf with `count` entries, directly after these. Valid only if the first entry is a
+ * triangle. */
 static inline const struct bvh_corners *bvh_corners(const struct bvh_leaf *leaves, uint32_t count)
 {
     return (const void *)(leaves + count);
 }
 
-/* So many entries' bytes are what the corners of some triangles take. */
+/* The size of the struct bvh_corners of this number of triangles, as a number of leaf entries. */
 static inline uint32_t corner_entries(uint32_t triangles)
 {
     size_t bytes = sizeof(struct bvh_corners) + (size_t)triangles * CORNER_ROWS * sizeof(uint16_t);
     return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
 }
 
-/* Bytes that bvh_build() may need for this scene, a multiple of 64. */
+/* Upper bound on the memory that bvh_build() needs for this scene, in bytes; a multiple of 64. */
 size_t bvh_bytes_bound(const struct scene *scene);
 
-/* Builds into memory of bvh_bytes_bound() bytes, aligned to 64, with at most so many threads, the
- * calling one among them (>= 1), which make no difference to the bytes. Fatal where items, solids
- * counted as struct range weighs them, could be 2^32 or more. */
+/* Builds the BVH of a scene into memory of bvh_bytes_bound() bytes, aligned to 64, which stays the caller's. Uses at
+ * most the given number of threads (>= 1, the calling one included), which does not affect the resulting bytes.
+ * Fatal if the total weight (struct range) of all primitives and of the pieces that they may be cut into exceeds
+ * UINT32_MAX, or if the leaves of a tree with their vertices take more than UINT32_MAX entries. */
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads);
 
 #endif

@@ -1,4 +1,5 @@
-/* Where boxes are crowded, counted by the cubes that their middles are in. */
+/* A hash table that counts boxes by the grid cube that their centre lies in; finds out where many boxes crowd
+ * together. */
 #ifndef FARM_WORKER_BVH_CUBES_H
 #define FARM_WORKER_BVH_CUBES_H
 
@@ -7,23 +8,23 @@
 
 #include "worker/shape.h"
 
-/* So many boxes in one cube are a crowd. */
+/* This many boxes in one cube are a crowd. */
 #define CROWD 16
 
 struct cubes {
-    uint16_t *counts; /* owned; of more than it can hold, the most that it can */
+    uint16_t *counts; /* hash table, owned; counters saturate at UINT16_MAX */
     uint32_t mask;
 };
 
-/* A box's middle, from a centre, is in a cube with edges of 2^exponent, one of a grid. The centre is in the middle of
- * a cube: many scenes have theirs in the origin. */
+/* The cube of a regular grid that a box's centre lies in. The edges of the cubes are 2^exponent long. `center` is in
+ * the middle of a cube, not on a border, as many scenes are centred at the origin. */
 struct cube {
     const struct bounds *box;
     const double *center; /* [3] */
     int exponent;
 };
 
-/* One that is as wide as the box, or up to twice that. */
+/* The cube for a box in the grid whose edge is greater than the largest extent of the box, by a factor of up to 2. */
 static inline struct cube cube_around(const struct bounds *box, const double center[3])
 {
     struct cube cube = {box, center, 0};
@@ -31,10 +32,11 @@ static inline struct cube cube_around(const struct bounds *box, const double cen
     return cube;
 }
 
-/* For so many boxes. Two cubes may be taken for one: there are four counters for each box. */
+/* Creates counters, all 0, for counting this number of boxes; to be freed with cubes_free(). Two cubes may share a
+ * counter. This is rare, as there are at least four counters for each box. */
 struct cubes cubes_for(uint32_t boxes);
 void cubes_count(struct cubes *cubes, struct cube cube);
-/* How many of those that were counted are in that one; UINT16_MAX at most. */
+/* The number of boxes counted in this cube; UINT16_MAX at most. */
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube);
 void cubes_free(struct cubes *cubes);
 

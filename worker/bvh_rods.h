@@ -1,6 +1,6 @@
 /*
- * Long thin cylinders and cones, rods: which of them are worth cutting into pieces. What worker/bvh_slivers.h says of
- * triangles goes for them, too. Pieces are of equal length: cone_piece_bounds().
+ * Chooses which rods, that is long thin cylinders and cones, are cut into pieces. The reasons are the same as for
+ * triangles, see worker/bvh_slivers.h. The pieces of a rod are of equal length: cone_piece_bounds().
  */
 #ifndef FARM_WORKER_BVH_RODS_H
 #define FARM_WORKER_BVH_RODS_H
@@ -8,13 +8,14 @@
 #include "common/scene.h"
 #include "worker/bvh_trees.h"
 
-/* The area of its box to that of the box that it would have along an axis. NaN: what cannot be multiplied. */
+/* The ratio of the area of a rod's box to the area of the box that the same rod would have if it lay along an axis.
+ * May be NaN where products of the sizes overflow or underflow. */
 double rod_waste(const struct cone *cone);
 
 /*
- * Leaves the rods whole, with no halvings (as in struct bvh_slivers), that pieces do not take apart: of a bundle that
- * is no wider than a piece is long, each piece has pieces of all others in its box. A ray along it would be tested
- * with all rods again for each piece of one.
+ * Sets the number of halvings (struct bvh_slivers) to 0 for rods that cutting does not separate: in a bundle that is no
+ * wider than a piece is long, the box of each piece overlaps pieces of all the other rods. A ray along the bundle would
+ * then test all rods again for each piece of one.
  */
 void keep_bundles_whole(const struct scene *scene, const struct bvh_trees *trees,
                         uint8_t *halvings);

@@ -1,8 +1,8 @@
 /*
- * How a range of boxes is divided in two: by their centres, or by a plane that cuts triangles in
- * two. Either way the surface area heuristic is evaluated at the borders of bins (I. Wald, "On fast
- * Construction of SAH-based Bounding Volume Hierarchies", IEEE RT 2007; M. Stich, H. Friedrich and
- * A. Dietrich, "Spatial Splits in Bounding Volume Hierarchies", HPG 2009).
+ * Divides a range of boxes in two: by their centres (object split), or by a plane that cuts triangles in two (spatial
+ * split). Either way the surface area heuristic is evaluated at the borders of bins (I. Wald, "On fast Construction of
+ * SAH-based Bounding Volume Hierarchies", IEEE RT 2007; M. Stich, H. Friedrich and A. Dietrich, "Spatial Splits in
+ * Bounding Volume Hierarchies", HPG 2009).
  */
 #ifndef FARM_WORKER_BVH_SPLIT_H
 #define FARM_WORKER_BVH_SPLIT_H
@@ -17,77 +17,80 @@
 #include "worker/extent.h"
 
 /*
- * A primitive, or a piece of a triangle or a rod, while the tree is built; moved about instead of its
- * index, to read memory in order. Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is
- * beyond, so that nothing here becomes infinite or NaN.
+ * The box of a primitive, or of a piece of a triangle or a rod, during construction; relative to the tree's centre.
+ * Items themselves are moved, not indices of them, so that memory is read in order. Coordinates are finite: values
+ * beyond the range of float are stored as -FLT_MAX or FLT_MAX, so that no computation here yields infinity or NaN.
  */
 struct item {
     float min[3];
     uint32_t id;
     float max[3];
-    uint32_t weight; /* of its test, see PACK */
+    uint32_t weight; /* cost of its intersection test, in units of 1 / PACK */
 };
 
 /*
- * So many triangles of a leaf count as one test: a ray on its own tests eight of them at once, a packet
- * of rays one after the other. With 4 the trees of meshes are 9 to 16 % larger and a ray's nodes more
- * often out of the cache; with 8 large meshes take 4 to 8 % longer (bench-kernel's garden, rings_mesh).
- * Weights are in units of a PACKth of such a test; the costs of the heuristic in units of a whole one.
+ * PACK triangles of a leaf count as one test in the heuristic: a single ray tests eight of them at once, a packet of
+ * rays tests them one by one. With 4 the trees of meshes are 9 to 16 % larger, and the nodes that a ray visits are more
+ * often not in the cache; with 8 large meshes take 4 to 8 % longer (bench-kernel's garden, rings_mesh). Weights are in
+ * units of 1 / PACK of such a test; costs of the heuristic are in units of a whole test.
  */
 #define PACK 6u
 
-/* The visit of a leaf, before the first test. */
+/* The cost of visiting a leaf, without its tests. */
 #define LEAF_COST 0.5
 
-/* So many of them one thread looks at in a round of a crew's loop: some 0.2 ms, several times what waking
- * a thread takes. */
+/* The number of items that one thread processes in one round of a crew's loop. This takes some 0.2 ms, several times
+ * as long as waking a thread. */
 #define ROUND_ITEMS 16384u
 
-/* Items in a row, with room behind them, and what is known about them. */
+/* A range of consecutive items, the room after them, and the sums and bounds of these items. */
 struct range {
     uint32_t first, count;
-    uint32_t room; /* for so many more items */
+    uint32_t room; /* number of items that may be added after these */
     uint32_t weight;
     struct extent extent;
-    struct extent centers; /* of the boxes' centres, halved */
+    struct extent centers; /* bounds of half the centres of the items' boxes */
 };
 
-/* The left side are the items with (place - low) * scale < end, where place is half the centre; or
- * what is left of place = plane. */
+/* A way to divide a range. Object split: items with (place - low) * scale < end are on the left, where place is half
+ * their centre on the axis. Spatial split: triangles across the plane are cut, then items whose centre is below the
+ * plane are on the left. */
 struct split {
     unsigned axis;
     bool spatial;
-    float low, scale, end; /* unless spatial */
-    float plane;           /* if it is */
-    double cost;    /* area * cost_of(weight), of both sides; infinite: all centres are the same */
-    double overlap; /* area of what both sides have in common */
+    float low, scale, end; /* object split only */
+    float plane;           /* spatial split only */
+    /* sum of area * cost_of(weight) over both sides; infinite: all centres coincide */
+    double cost;
+    double overlap; /* area of the intersection of both sides; spatial split: 0 */
 };
 
-/* What the items are pieces of. */
+/* The input of the construction of a tree, and the items that it is built from. */
 struct whole {
     const struct scene *scene;
-    const double *center; /* the tree's, [3] */
+    const double *center; /* of the tree, [3] */
     struct item *items;
-    struct crew *crew; /* that looks at many items together; may be NULL */
+    struct crew *crew; /* threads that process large ranges together; may be NULL */
 };
 
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
-/* The items of another range, which stand behind those of the first one. */
+/* Adds the items of another range, which directly follow those of the first one. */
 void range_append(struct range *range, const struct range *more);
 
-/* Of items of this weight together, as a leaf. */
+/* The cost of a leaf with items of this total weight. */
 static inline double cost_of(uint32_t weight)
 {
     uint32_t packs = divide_up(weight, PACK);
     return LEAF_COST + packs;
 }
 
-/* One float below x, or -FLT_MAX: also covers the roundings of bounds. */
+/* round_down(): x is rounded to the nearest float, and the next lower float is returned, -FLT_MAX at least. The
+ * extra step also covers the rounding errors of the bounds. round_up() does the same upward. */
 float round_down(double x);
 float round_up(double x);
 
-/* What is at the end of all floats may be beyond. */
+/* -FLT_MAX and FLT_MAX may stand for values beyond them, so they become infinite. */
 static inline float open_below(float min)
 {
     return min > -FLT_MAX ? min : -INFINITY;
@@ -100,20 +103,20 @@ static inline float open_above(float max)
 
 struct split find_object_split(const struct whole *whole, const struct range *range);
 
-/* The cheapest spatial split, or *split if none is cheaper. */
+/* Returns the cheapest spatial split, or *split if none is cheaper. */
 struct split find_spatial_split(const struct whole *whole, const struct range *range,
                                 const struct split *split);
 
-/* Reorders the items of range, and adds pieces as long as there is room; without a split (cost is
- * infinite) halves them as they are. Neither side becomes empty. */
+/* Divides a range of at least two items, neither side becomes empty. Reorders the items. A spatial split adds pieces
+ * as long as there is room. If there is no split (cost is infinite) the range is halved in its present order. */
 void split_range(const struct whole *whole, const struct range *range, const struct split *split,
                  struct range *left, struct range *right);
 
-/* Cuts a triangle's item, behind which there is room, so often into halves, across its longest axis. Returns how many
- * items there are then: 2^halvings, or fewer. */
+/* Halves a triangle's item the given number of times, each piece across its longest axis. The pieces are stored from
+ * `item` on, where there must be room for 2^halvings. Returns their number: 2^halvings, or fewer. */
 uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings);
 
-/* Divides the items as they are. */
+/* Divides a range in the middle, in its present order. */
 void halve_range(const struct whole *whole, const struct range *range, struct range *left,
                  struct range *right);
 

@@ -1,14 +1,18 @@
 /*
- * Ray and cylinder, cone or frustum, open or capped.
+ * Intersection of a ray with a cylinder, cone or frustum, open or capped.
  *
- * With f = o - base, the axis w = apex - base and W = w.w, a point p lies at height s = p.w / W (0
- * in the base, 1 in the apex plane), where the radius is rho = r0 + (r1 - r0) s, at the distance |p
- * x w| / |w| from the axis. Along the ray the cross product is F + t D and the radius rho0 + t
- * rho1, so that the inside of the (double, unlimited) cone is A t^2 - 2 B t + C <= 0,   A = D.D - W
- * rho1^2,  B = W rho0 rho1 - F.D,  C = F.F - W rho0^2. The nappe where rho >= 0, and the slab 0 <=
- * s <= 1, are both convex: a ray is inside each during one interval. A capped solid is their
- * intersection, entered and left exactly once whatever is rounded near a rim; at a tie the cap owns
- * the rim.
+ * Let f = o - base, w = apex - base (the axis) and W = w.w. A point p, relative to the base, lies at height s = p.w /
+ * W, which is 0 in the base plane and 1 in the apex plane. There the radius is rho = r0 + (r1 - r0) s. The distance of
+ * p from the axis is |p x w| / |w|.
+ *
+ * Along the ray o + t d the cross product is F + t D, with F = f x w and D = d x w, and the radius is rho0 + t rho1. So
+ * the inside of the double, unlimited cone is A t^2 - 2 B t + C <= 0, with
+ *
+ *   A = D.D - W rho1^2,   B = W rho0 rho1 - F.D,   C = F.F - W rho0^2.
+ *
+ * The nappe where rho >= 0 and the slab 0 <= s <= 1 are both convex, so a ray is inside each during one interval. A
+ * capped solid is the intersection of the two. The ray enters and leaves it exactly once, whatever is rounded near a
+ * rim. In a tie a rim belongs to the cap.
  */
 #ifndef FARM_WORKER_CONE_H
 #define FARM_WORKER_CONE_H
@@ -16,7 +20,7 @@
 #include "worker/planar.h"
 #include "worker/shape.h"
 
-/* The boxes around its circles. */
+/* The bounding boxes of the two circles at the ends of a cone. */
 static inline void cone_end_bounds(const struct cone *cone, struct bounds *at_base,
                                    struct bounds *at_apex)
 {
@@ -42,11 +46,11 @@ static inline struct bounds cone_bounds(const struct cone *cone)
 }
 
 /*
- * Of one of so many pieces of equal length, between two circles around the axis: the box around theirs. Along the axis,
- * each side of a circle's box moves from the base's to the apex' in proportion, as centre and radius do, and so those
- * of the circles in between are between theirs. Neighbours have a circle in common, and the same numbers for it: what
- * is rounded opens no gap, but moves sides by 5 u of the largest coordinate at most, beside what the bounds err by;
- * TEST_ERROR (worker/slabs.h) allows for that.
+ * The bounding box of a piece of a cone that is divided into `count` pieces of equal length: the box around the boxes
+ * of its two end circles. From the base to the apex each side of a circle's box moves linearly, as centre and radius
+ * do, so the boxes of the circles in between lie inside. Neighbouring pieces compute the box of their common circle
+ * from the same numbers, so rounding opens no gap. It moves sides by at most 5 u of the largest coordinate, in addition
+ * to the error of the bounds of the cone; TEST_ERROR (worker/slabs.h) allows for that.
  */
 static inline struct bounds cone_piece_bounds(const struct cone *cone, uint32_t piece,
                                               uint32_t count)
@@ -63,18 +67,18 @@ static inline struct bounds cone_piece_bounds(const struct cone *cone, uint32_t 
 }
 
 /*
- * A plain dot or cross product of the ray's, the axis' and the direction's components errs by less
- * than 10 u of the product of their lengths, for which sums of absolute values are taken. The
- * comparisons below allow for 32 u of every product in them; the rest covers their own roundings.
+ * In double a dot or cross product of components of the ray, the axis and the direction has an error of less than 10 u
+ * of the product of their lengths. Sums of absolute values serve as bounds on lengths. The comparisons below allow for
+ * 32 u of every product in them; the rest covers their own roundings.
  */
 #define CONE_FILTER (32 * UNIT_ROUNDOFF)
 
-/* The ray in plain arithmetic, as in the head of the file. */
+/* The quantities of the file header in double arithmetic. */
 struct cone_sketch {
     struct vec3 f, w, F, D;
     double reach, width, speed; /* sums of absolute values of f, w and the direction */
     double height, rise, W;     /* f.w, d.w, w.w */
-    double radius;              /* the larger one */
+    double radius;              /* the larger of the two radii */
 };
 
 static inline struct cone_sketch cone_sketch(const struct cone *cone, const struct ray *ray)
@@ -94,7 +98,7 @@ static inline struct cone_sketch cone_sketch(const struct cone *cone, const stru
     return s;
 }
 
-/* Whether products of four of these are in range. */
+/* Whether products of four of these quantities neither overflow nor underflow. */
 static inline bool cone_sketch_holds(const struct cone_sketch *s)
 {
     double most =
@@ -103,8 +107,8 @@ static inline bool cone_sketch_holds(const struct cone_sketch *s)
     return most < 0x1p200 && least > 0x1p-200;
 }
 
-/* More than 0 where the ray goes away from the double, unlimited cone at o + t d, less where it goes into it: half of
- * what A t^2 - 2 B t + C grows by. */
+/* Half the derivative of A t^2 - 2 B t + C, at a point o + t d on the double, unlimited cone: positive where the ray
+ * leaves the cone, negative where it enters it. */
 static inline double cone_outward(const struct cone *cone, const struct cone_sketch *s, double t)
 {
     double widening = cone->apex_radius - cone->base_radius;
@@ -112,7 +116,7 @@ static inline double cone_outward(const struct cone *cone, const struct cone_ske
     return vec_dot(s->F, s->D) + t * vec_dot(s->D, s->D) - radius * widening * s->rise;
 }
 
-/* Whether the ray certainly leaves its part of the surface outward. */
+/* Whether a ray that starts on the part from_part of the surface certainly goes outward. */
 static inline bool cone_is_left(const struct cone *cone, const struct cone_sketch *s,
                                 uint32_t from_part)
 {
@@ -126,14 +130,16 @@ static inline bool cone_is_left(const struct cone *cone, const struct cone_sketc
     return axial - vec_dot(s->F, s->D) < -error;
 }
 
-/* The crossings when plain arithmetic is not sure. */
+/* The same as cone_crossings(), in double-double and exact arithmetic, for when double arithmetic does not decide. */
 struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving, bool any,
                             uint64_t *exact);
 
 /*
- * In and out. leaving: the ray starts on the part from_part of this cone. Outward of a convex solid, and of a convex
- * open surface, nothing can be met again; inward only the way out. What does not matter is left out. Rays that are
- * certainly beside the cone, or before it, have been told before: worker/solid_lanes.h.
+ * The crossings where the ray enters and leaves the cone. leaving: the ray starts on this cone, on the part that
+ * ray_from_part() gives. If such a ray goes outward, it cannot meet the cone again, as solid and open surface are both
+ * convex; if it goes inward, it only meets the exit. Crossings that do not matter for the purpose may be missing. Rays
+ * that certainly miss the cone or end before it have been sorted out by the caller: worker/solid_lanes.h. *exact counts
+ * the uses of exact arithmetic.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
                                               bool leaving, const struct purpose *purpose,
@@ -147,17 +153,17 @@ static inline struct crossings cone_crossings(const struct cone *cone, const str
     return cone_roots(cone, ray, leaving, purpose->any, exact);
 }
 
-/* The crossing that cone_crossings() has rounded to t; for a way out see sphere_parameter(). */
+/* The double-double value of the crossing that cone_crossings() rounded to t; for an exit see sphere_parameter(). */
 struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
                          bool leaving);
 
-/* Where that is, seen from the base. */
+/* The point of this crossing, relative to the base. */
 struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
                       bool leaving);
 
 /*
- * Outward unit normal at the point p, seen from the base. On the side it is the gradient of the
- * file head's quadric; at the tip, where that is 0, it is the axis.
+ * Outward unit normal at a point p relative to the base. On the side it is the gradient of the quadric in the file
+ * header; at the tip, where the gradient is 0, it is along the axis.
  */
 struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part);
 

@@ -1,6 +1,6 @@
 /*
- * A line as a cone sees it, in double-double: what is common to one line (worker/cone.c, where the
- * method is told) and to many at once (worker/points.c).
+ * The intersection of a line with the side of a cone in double-double: what worker/cone.c, which explains the method,
+ * and worker/points.c, which processes many lines at once, have in common.
  */
 #ifndef FARM_WORKER_CONE_LINE_H
 #define FARM_WORKER_CONE_LINE_H
@@ -8,7 +8,7 @@
 #include "common/scene.h"
 #include "worker/exact.h"
 
-/* The quantities of the head of worker/cone.h, with the parameter counted from t. */
+/* The quantities in the header of worker/cone.h, with the parameter of the line counted from t. */
 struct cone_line {
     double t;
     struct dd3 w, f;
@@ -16,12 +16,12 @@ struct cone_line {
     struct dd W, widening;
     struct dd rho, rho1;
     struct dd A, B, C;
-    /* Bounds: of |G| + sqrt(W) |rho| and |D| + sqrt(W) |rho1|, and of the errors of these. */
+    /* Bounds on |G| + sqrt(W) |rho| and |D| + sqrt(W) |rho1|, and on the errors of these. */
     double radial, radial_error;
     double speed, speed_error;
 };
 
-/* Six lengths or directions between these may be multiplied. */
+/* A product of six lengths or directions within these limits neither overflows nor underflows. */
 #define CONE_ORDINARY_MIN 0x1p-100
 #define CONE_ORDINARY_MAX 0x1p100
 
@@ -46,20 +46,20 @@ static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
     return ordinary;
 }
 
-/* A ray this close to the axis' direction leaves d x w too few digits of double-double. */
+/* Where |d x w| is at most this share of |d| |w|, its double-double value has too few correct digits. */
 #define CONE_STEEP 0x1p-30
 
-/* Where |F + t D| is least; F = f x w, D = d x w. */
+/* The t where |F + t D| is least, that is where the line is closest to the axis; F = f x w, D = d x w. */
 static inline double cone_closest_approach(struct dd3 F, struct dd3 D)
 {
     return -dd3_dot(F, D).high / dd3_dot(D, D).high;
 }
 
 /*
- * A component of a cross product of two-term numbers errs by 2 (5 + 3) u^2 of the product of the
- * lengths; three components, and the advance by t D with 5 u^2 of each term: less than 64 u^2 in
- * all. rho sqrt(W) errs by at most (3 products, 1 division, 2 sums) 40 u^2 of its terms, the
- * largest of which are r0 |w| and (r1 - r0) |f|.
+ * Sets the bounds of a line. A component of a cross product of double-double numbers has an error of 2 (5 + 3) u^2 of
+ * the product of the lengths. Three components, and the advance by t D with 5 u^2 of each term, have less than 64 u^2
+ * in all. rho sqrt(W) has an error of at most 40 u^2 (3 products, 1 division, 2 sums) of its terms, the largest of
+ * which are r0 |w| and (r1 - r0) |f|.
  */
 static inline void cone_line_bound(struct cone_line *line, double base_radius,
                                    struct vec3 direction)
@@ -94,15 +94,15 @@ static inline struct cone_line cone_line_from(const struct cone *cone, struct ve
     return line;
 }
 
-/* With the bounds of cone_line_bound(); 64 u^2 covers the products and sums themselves. */
+/* A bound on the error of A, from the bounds of cone_line_bound(); 64 u^2 covers the products and sums of A itself. */
 static inline double cone_A_error(const struct cone_line *line)
 {
     double V = line->speed, error = line->speed_error;
     return 64 * DD_ROUNDOFF * V * V + 2 * V * error + error * error;
 }
 
-/* Within this many times its error the discriminant is taken from exact arithmetic. Its root has
- * lost half of the digits there: that keeps the roots to 2^-56. */
+/* If the discriminant is at most this many times its error bound, it is computed in exact arithmetic. At the limit
+ * its square root has lost half of the digits, so the roots are correct to 2^-56. */
 #define CONE_LINE_FILTER 0x1p12
 
 static inline struct dd cone_discriminant(const struct cone_line *line, double *bound)
@@ -113,14 +113,14 @@ static inline struct dd cone_discriminant(const struct cone_line *line, double *
     return dd_sub(dd_mul(line->B, line->B), dd_mul(line->A, line->C));
 }
 
-/* B + sign(B) root does not cancel; the roots, in the order of their size, are C / q and q / A. */
+/* q = B + sign(B) root, which does not cancel. The roots are C / q, which is the smaller in size, and q / A. */
 static inline struct dd cone_larger_sum(struct dd B, struct dd root)
 {
     struct dd addend = {B.high < 0 ? -root.high : root.high, B.high < 0 ? -root.low : root.low};
     return dd_add(B, addend);
 }
 
-/* A distance along the ray beyond which nothing of the cone is. */
+/* A distance along the ray, as a t, beyond which there is no point of the cone. */
 static inline double cone_distances(const struct cone *cone, struct vec3 origin,
                                     struct vec3 direction)
 {
@@ -129,14 +129,15 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
     return (reach + cone->base_radius) / vec_largest(direction);
 }
 
-/* The sum of the closest approach and a root errs by 2^-70 of these for a ray close to the axis'
- * direction; one that is smaller than this share of them is computed without that sum. */
+/* A root is the sum of the parameter of the closest approach and of a root relative to that. For a ray close to the
+ * axis' direction this sum has an error of 2^-70 of its terms. A root smaller than this share of the terms is
+ * computed without the sum. */
 #define CONE_ROOT_CANCELLED 0x1p-10
 
 /*
- * cone_parameter() of a hit at t, which may be off by so much, on the side, of a ray that does not
- * start on this cone, where *sure stays true: of an ordinary cone whose two roots are well apart,
- * from each other and from the caps' planes.
+ * cone_parameter() of a hit on the side, at t with an error of up to `off`, for a ray that does not start on this cone.
+ * *sure becomes false unless the cone is ordinary and its two roots are well apart, from each other and from the planes
+ * of the caps; the result is valid only if *sure stays true.
  */
 static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
                                             double t, double off, bool *sure)
@@ -158,7 +159,7 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     *sure &= fabs(second.high) >= CONE_ROOT_CANCELLED * reach;
     bool is_first = fabs(first.high - t) <= off, is_second = fabs(second.high - t) <= off;
     *sure &= is_first != is_second;
-    /* The distances to the caps' planes err by 2^-30 of the reach at most. */
+    /* These distances to the planes of the caps have an error of at most 2^-30 of the reach. */
     double rise = vec_dot(d, dd3_round(w)), height = vec_dot(dd3_round(f), dd3_round(w));
     double to_base = -height / rise, to_apex = (line.W.high - height) / rise;
     *sure &= fabs(rise) > 0x1p-20 * speed * width;
@@ -167,7 +168,7 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
 }
 
-/* The gradient that cone_normal() gives the length 1, at a point p of the side. */
+/* The gradient at a point p of the side, which cone_normal() normalizes. *sure becomes false where p is on the axis. */
 static inline struct vec3 cone_side_gradient(const struct cone *cone, struct dd3 p, bool *sure)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
