@@ -14,15 +14,15 @@
 #include "worker/inlined.h"
 #include "worker/primitive.h"
 
-/* At most one piece of a triangle is added for so many. */
+/* Spatial splits may add one piece for this many triangles. */
 #define PIECES_SHARE 4
 
-/* Behind the last leaf: who loads a row of places loads eight of them. */
+/* Bytes after the last leaf, as a load of a row of struct bvh_corners always reads eight places. */
 #define ROW_END (BVH_WIDTH * sizeof(uint16_t))
 
 /* ---- memory ---- */
 
-/* Pieces that spatial splits may add, and those of slivers. */
+/* Upper bound on the pieces added by spatial splits and by the cutting of slivers. */
 static uint64_t room_for_pieces(const struct scene *scene)
 {
     uint64_t triangles = scene_triangle_count(scene);
@@ -34,7 +34,7 @@ static uint64_t leaf_bound(const struct scene *scene)
     return bounded_count(scene) + room_for_pieces(scene);
 }
 
-/* Of the test of one primitive; PACK triangles are one test. */
+/* The weight of one primitive, in units of 1 / PACK: PACK triangles count as one test. */
 static uint32_t weight_of(enum primitive_kind kind)
 {
     return kind <= PRIMITIVE_PATCH ? 1 : PACK;
@@ -54,20 +54,20 @@ static uint64_t node_bound(const struct scene *scene)
     return bvh_nodes_bound(weight_bound(scene));
 }
 
-/* As if each primitive had a leaf to itself. */
+/* The most bytes are needed if each primitive has a leaf of its own. */
 static size_t leaf_bytes_bound(const struct scene *scene)
 {
     uint64_t triangles = scene_triangle_count(scene) + room_for_pieces(scene);
     return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
 }
 
-/* What a tree takes beside its nodes and leaves: a header, a node, as bounds of nodes are rounded down, the end of rows
- * and a gap. */
+/* The bytes that a tree takes besides its nodes and leaves: its header, one more node as bounds on the number of
+ * nodes are rounded down, ROW_END and alignment. */
 #define TREE_OVERHEAD (2 * BVH_ALIGNMENT + sizeof(struct bvh_node) + 2 * BVH_ALIGNMENT)
 _Static_assert(sizeof(struct bvh) <= 2 * BVH_ALIGNMENT && ROW_END <= BVH_ALIGNMENT,
                "TREE_OVERHEAD");
 
-/* Of bvh_boxes(). */
+/* The size of bvh_boxes(). */
 #define BOXES_BYTES (2 * BVH_ALIGNMENT + TREES_MAX / BVH_WIDTH * sizeof(struct bvh_node))
 _Static_assert(TREES_MAX % BVH_WIDTH == 0, "BOXES_BYTES");
 
@@ -80,15 +80,15 @@ size_t bvh_bytes_bound(const struct scene *scene)
 
 /* ---- primitives ---- */
 
-/* ROUND_ITEMS primitives, or what is left of them, which one thread looks at. */
+/* A part of the primitives, ROUND_ITEMS of them or fewer in the last part, that one thread processes. */
 struct part {
-    uint32_t count; /* items of those in the tree */
-    uint32_t uncut; /* triangles in the tree that are not cut yet */
-    uint32_t first; /* item */
+    uint32_t count; /* number of items of its primitives in this tree */
+    uint32_t uncut; /* triangles in this tree that have not been cut into pieces yet */
+    uint32_t first; /* its first item */
     struct range range;
 };
 
-/* What is in one of the trees. */
+/* The primitives of one of the trees. */
 struct collection {
     const struct whole *whole;
     const struct bvh_trees *trees;
@@ -102,7 +102,7 @@ static bool is_member(const struct collection *all, uint64_t index)
     return !all->trees->tree_of || all->trees->tree_of[index] == all->tree;
 }
 
-/* Calls a function with each primitive of a part that is in the tree. */
+/* Calls a function for each primitive of a part that is in the tree. */
 typedef void visit_member(const struct collection *all, struct part *part, uint64_t index,
                           uint32_t id);
 
@@ -111,7 +111,7 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     const struct scene *scene = all->whole->scene;
     uint64_t first = (uint64_t)round * ROUND_ITEMS, end = bounded_count(scene);
     if (end - first > ROUND_ITEMS) end = first + ROUND_ITEMS;
-    /* Most parts have nothing in most trees. */
+    /* Most parts have no primitive in most trees. */
     const uint8_t *tree_of = all->trees->tree_of;
     if (tree_of && !memchr(tree_of + first, (int)all->tree, end - first)) return;
     uint32_t id = bounded_id(scene, first);
@@ -145,7 +145,7 @@ static uint32_t cut_rod(const struct whole *whole, struct item *item, unsigned h
     return count;
 }
 
-/* A primitive's item becomes its pieces, for which there is room; returns how many. */
+/* Replaces a primitive's item by its pieces, for which there must be room; returns their number. */
 static uint32_t cut(const struct whole *whole, struct item *item, unsigned halvings)
 {
     return is_triangle(item->id) ? halve_triangle(whole, item, halvings)
@@ -158,7 +158,8 @@ static INLINED unsigned halvings_of(const struct collection *all, uint64_t index
     return halvings ? halvings[index] : 0;
 }
 
-/* Cuts to count the pieces: where the items of the next part begin has to be known before any are put there. */
+/* Cuts the primitive only to count its pieces: the first item of the next part must be known before items are
+ * stored. */
 static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
                                  uint32_t id)
 {
@@ -231,7 +232,7 @@ static void write_bounds(struct bvh *bvh, const struct extent *extent)
     bvh->size = bvh->reach + center;
 }
 
-/* Where nothing is bounded, as at first, the tree is empty. */
+/* Initializes an empty tree, which is also the tree of a scene without bounded primitives. */
 static struct bvh *empty_tree(const struct scene *scene, void *memory)
 {
     struct bvh *bvh = memory;
@@ -241,7 +242,7 @@ static struct bvh *empty_tree(const struct scene *scene, void *memory)
     return bvh;
 }
 
-/* Behind a tree, in bytes from its beginning, the next one begins. */
+/* Builds a tree; returns the offset from its start at which the next one may begin. */
 static size_t build_tree(const struct whole *whole, const struct bvh_trees *trees,
                          const struct bvh_slivers *slivers, uint32_t tree, struct bvh *bvh)
 {
@@ -256,12 +257,12 @@ static size_t build_tree(const struct whole *whole, const struct bvh_trees *tree
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
     size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, BVH_ALIGNMENT);
-    /* The same scene gives the same bytes, gaps too. */
+    /* The gaps are cleared, too, so that the same scene gives the same bytes. */
     memset((char *)leaves + leaf_bytes, 0, end - bvh->leaves_offset - leaf_bytes);
     return end;
 }
 
-/* A tree's box, counted from the centre of `boxes`. */
+/* The box of a tree, relative to the centre of `boxes`. */
 static struct extent box_of(const struct bvh *boxes, const struct bvh *tree)
 {
     struct extent box = empty_extent();
@@ -273,7 +274,7 @@ static struct extent box_of(const struct bvh *boxes, const struct bvh *tree)
     return box;
 }
 
-/* Behind the trees, of which there are several. Returns where they end. */
+/* Writes bvh_boxes() after the trees, of which there are several. Returns the offset of its end. */
 static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t offset)
 {
     struct bvh *boxes = empty_tree(scene, (char *)first + offset);
@@ -317,8 +318,8 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
 {
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
-    if (weight_bound(scene) > UINT32_MAX) /* of a range: struct range */
-        fatal("the scene has too many primitives for a tree");
+    /* so that the weight of a struct range does not overflow */
+    if (weight_bound(scene) > UINT32_MAX) fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct bvh_trees trees;
     struct bvh_slivers slivers;

@@ -13,14 +13,14 @@ struct cubes cubes_for(uint32_t boxes)
     return (struct cubes){allocate_zeroed((size_t)mask + 1, sizeof(uint16_t)), mask};
 }
 
-/* Of cubes too far away to be numbered, the one in the middle. */
+/* The number of a cube along an axis; 0, the middle one, if it is too far away to be numbered. */
 static int64_t place_of(double distance, int exponent)
 {
     double place = floor(ldexp(distance, -exponent) + 0.5);
     return fabs(place) < 0x1p62 ? (int64_t)place : 0;
 }
 
-/* Of its place among those of its size, and its size. */
+/* The counter of a cube: a hash of its position in its grid, and of its size. */
 static uint16_t *counter_of(const struct cubes *cubes, struct cube cube)
 {
     uint64_t hash = (uint64_t)(int64_t)cube.exponent;

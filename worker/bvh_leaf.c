@@ -13,7 +13,7 @@ struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
     return (struct bvh_leaf){.id = id & INT32_MAX, .transparent = transmits(scene, id)};
 }
 
-/* The corners of a leaf's triangles, from the tree's centre. */
+/* Reads the vertices of a leaf's triangles, relative to the tree's centre. */
 struct corner_reader {
     const struct scene *scene;
     const double *center;
@@ -29,8 +29,8 @@ static double corner_place(const struct corner_reader *reader, uint32_t i, unsig
 }
 
 /*
- * The unit: a power of two, so that all places are at most PLACE_MAX, and coordinates are no more
- * than COORDINATE_MAX of it, with an inverse that is a normal float; 0 where there is none.
+ * find_unit() returns the unit of struct bvh_corners: the power of two with which all places are at most PLACE_MAX, all
+ * coordinates are at most COORDINATE_MAX units, and the inverse is a normal float. 0: there is none.
  */
 #define PLACE_MAX      65534.0
 #define COORDINATE_MAX 0x1p40
@@ -40,7 +40,7 @@ static double corner_place(const struct corner_reader *reader, uint32_t i, unsig
 static double find_unit(double extent, double largest)
 {
     int exponent;
-    if (!(largest <= UNIT_MAX)) return 0; /* nor is it NaN */
+    if (!(largest <= UNIT_MAX)) return 0; /* false for NaN, too */
     frexp(larger_number(extent / PLACE_MAX, UNIT_MIN), &exponent);
     double unit = ldexp(1, exponent);
     return largest <= COORDINATE_MAX * unit ? unit : 0;
@@ -94,12 +94,12 @@ uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
 
 /* ---- all leaves ---- */
 
-/* The leaves of some nodes in a row, written by one thread: some thousand entries. */
+/* The leaves of this many consecutive nodes, some thousand entries, are written by one thread. */
 #define PART_NODES 256u
 
 struct leaf_part {
     uint64_t entries;
-    uint64_t room; /* with what stands behind them, in entries */
+    uint64_t room; /* with the quantized vertices, as a number of entries */
     uint64_t first;
 };
 
@@ -128,7 +128,7 @@ static void sort_by_id(struct item *items, uint32_t count)
     }
 }
 
-/* In order of their ids, pieces of the same primitive as one; returns how many are left. */
+/* Sorts items by id and merges pieces of the same primitive into one item; returns how many are left. */
 static uint32_t join_pieces(struct item *items, uint32_t count)
 {
     uint32_t left = 0;

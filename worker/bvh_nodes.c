@@ -7,40 +7,42 @@
 #include "common/message.h"
 #include "worker/exact.h"
 
-/* Of a step to a node, with tests of its eight boxes; see LEAF_COST. */
+/* The cost of visiting a node, with the tests of its eight boxes; in the same unit as LEAF_COST. */
 #define STEP_COST 1.0
 
 /*
- * A spatial split, which takes longer to find, is tried where the two sides of the best other one
- * have a large part of the range's area in common, and one of the root's that rays will notice.
+ * Finding a spatial split takes longer than finding an object split. So it is only tried where the intersection of the
+ * two sides of the best object split has more than OVERLAP of the area of the range, and more than OVERLAP_OF_ROOT of
+ * the area of the root, so that it matters to rays.
  */
 #define OVERLAP         0.1
 #define OVERLAP_OF_ROOT 1e-3
 
 /*
- * What is below a range of SUBTREE_ITEMS, or of this share of all items, is a subtree that one thread builds:
- * a share that keeps many threads busy, as long as that is worth the effort. Where subtrees begin does
- * not depend on how many threads there are, so that the same scene gives the same bytes.
+ * A range of at most SUBTREE_ITEMS items, or at most 1 / SUBTREE_SHARE of all items if that is more, becomes a subtree
+ * that one thread builds. This keeps many threads busy, as long as that is worth the effort. Where subtrees begin does
+ * not depend on the number of threads, so the same scene gives the same bytes.
  */
 #define SUBTREE_SHARE 32
 
-/* Its root is child `slot` of node `parent`, unless that is the root of all; depth as in build_node(). */
+/* A subtree. Its root is child `slot` of node `parent`, unless it is the whole tree; depth is that of its root, as
+ * in build_node(). */
 struct subtree {
     struct range range;
     uint32_t parent;
     unsigned slot, depth;
     struct bvh_node *nodes; /* owned; numbered from 0 */
     uint32_t node_count;
-    uint32_t first; /* its number in the whole tree */
+    uint32_t first; /* index of its root in the whole tree */
 };
 
-/* The top of the tree, or a subtree. */
+/* The state of the construction of the top of the tree, or of a subtree. */
 struct build {
     struct whole whole;
     struct bvh_node *nodes;
     uint32_t node_count;
-    double area;            /* of the root of all */
-    uint32_t subtree_items; /* at most; 0 in a subtree */
+    double area;            /* of the root of the whole tree */
+    uint32_t subtree_items; /* the most items of a subtree; 0: this is a subtree */
     struct subtree *subtrees;
     uint32_t subtree_count;
 };
@@ -50,8 +52,9 @@ struct build {
 /* A child of the node that is being built. */
 struct child {
     struct range range;
-    struct split split; /* of one that may be a leaf */
-    double gain;        /* in cost, when it is divided; not positive: it is not to be */
+    struct split split; /* valid if the child may be a leaf and has more than one item */
+    /* cost saved if the child is divided; not positive: it is better left alone */
+    double gain;
 };
 
 static bool may_be_leaf(const struct range *range)
@@ -68,8 +71,8 @@ static struct split find_split(const struct build *build, const struct range *ra
     return find_spatial_split(&build->whole, range, &split);
 }
 
-/* Dividing a child that has a node of its own saves the step to that; dividing a leaf saves tests,
- * for that there is room in the node. */
+/* Dividing a child that would be an inner node saves a visit of that node. Dividing a child that may be a leaf saves
+ * tests, as the node has room for more children. */
 static struct child new_child(const struct build *build, const struct range *range)
 {
     struct child child = {.range = *range, .gain = 0};
@@ -83,7 +86,7 @@ static struct child new_child(const struct build *build, const struct range *ran
     return child;
 }
 
-/* Levels of nodes that come to leaves by halving alone, even of the heaviest items. */
+/* The most levels of nodes after which halving alone leads to leaves, even of the heaviest items. */
 static unsigned halving_depth(uint32_t count)
 {
     unsigned depth = 1;
@@ -92,7 +95,8 @@ static unsigned halving_depth(uint32_t count)
     return depth;
 }
 
-/* The child that is most worth dividing, of equal ones that with more items; -1: none is. */
+/* The child whose division gains most; of equal ones that with the most items. -1: none should be divided. halving:
+ * only children that cannot be leaves are divided, those with the most items first. */
 static int choose_child(const struct child children[BVH_WIDTH], unsigned count, bool halving)
 {
     int best = -1;
@@ -110,7 +114,9 @@ static int choose_child(const struct child children[BVH_WIDTH], unsigned count, 
     return best;
 }
 
-/* Divides range until there are BVH_WIDTH children, or leaves that are best left alone. */
+/* Divides a range until there are BVH_WIDTH children, or until all children are leaves that are better left alone.
+ * Returns the number of children. If the tree might become deeper than BVH_MAX_DEPTH otherwise, ranges are only
+ * halved. */
 static unsigned find_children(struct build *build, const struct range *range, unsigned depth,
                               struct child children[BVH_WIDTH])
 {
@@ -163,7 +169,7 @@ static void leave_to_subtree(struct build *build, const struct range *range, uin
         (struct subtree){.range = *range, .parent = parent, .slot = slot, .depth = depth};
 }
 
-/* Fills in a node and all below it; depth is that of the node, the root's is 0. */
+/* Fills in a node and all nodes below it. depth is the depth of the node; that of the root is 0. */
 static void build_node(struct build *build, uint32_t index, const struct range *range,
                        unsigned depth)
 {
@@ -205,7 +211,7 @@ static void build_subtree(void *context, uint32_t round)
     subtree->node_count = build.node_count;
 }
 
-/* To its place in the tree. */
+/* Moves a subtree to its place in the whole tree. */
 static void move_subtree(void *context, uint32_t round)
 {
     const struct build *top = context;
@@ -220,7 +226,7 @@ static void move_subtree(void *context, uint32_t round)
     free(subtree->nodes);
 }
 
-/* Behind the nodes of the top. */
+/* Assigns places to the subtrees, after the nodes of the top, and links them to their parents. */
 static void place_subtrees(struct build *top)
 {
     for (uint32_t i = 0; i < top->subtree_count; i++) {
