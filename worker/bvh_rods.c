@@ -12,11 +12,11 @@ double rod_waste(const struct cone *cone)
     return bounds_area(&box) / (4 * radius * (length + radius));
 }
 
-/* The rods of a scene, and the cubes that their boxes and the boxes of their pieces are in. */
+/* The rods of a scene; counts of the boxes of the rods, and of the boxes of their pieces, by grid cubes. */
 struct rods {
     const struct scene *scene;
     const struct bvh_trees *trees;
-    uint64_t first;    /* cone, counted as by bounded_id() */
+    uint64_t first;    /* index of the first cone, as in bounded_id() */
     uint8_t *halvings; /* of each cone */
     struct cubes wholes, pieces;
 };
@@ -38,9 +38,10 @@ static void count_rod(struct rods *rods, uint32_t i)
     }
 }
 
-/* A ray along a rod may meet so many times as many pieces, of any rods, as it would meet rods if all were whole: then a
- * bundle seen from its end takes up to twice as long, and one seen from aside a third. With 3, 3 times as long from its
- * end; with 1 a mat of rods is left whole, and half a lattice, which take 1.7 and 1.3 times as long then. */
+/* A rod belongs to a bundle if a ray along it may meet more than ALONG times as many pieces, of any rods, as it
+ * would meet rods if all were whole. With 2 a bundle seen from its end takes up to twice as long to render, and a
+ * third of the time if seen from the side. With 3 it takes 3 times as long from its end. With 1 a mat of rods and
+ * half of a lattice are left whole, which then take 1.7 and 1.3 times as long. */
 #define ALONG 2
 
 static bool is_in_bundle(const struct rods *rods, uint32_t i)

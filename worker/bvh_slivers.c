@@ -11,8 +11,8 @@
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
-/* Each takes as much memory and time to build as a triangle: a million 40 MB and 0.6 to 1 s of one core; of
- * rods 55 MB and 1.5 s. */
+/* The most pieces that are added. Each takes as much memory and construction time as a triangle: a million take 40
+ * MB and 0.6 to 1 s of one core; a million pieces of rods take 55 MB and 1.5 s. */
 #define PIECES_MOST (UINT64_C(1) << 20)
 
 static uint64_t pieces_bound(uint64_t slivers)
@@ -33,13 +33,13 @@ uint64_t rod_pieces_bound(const struct scene *scene)
 
 /* ---- one by one ---- */
 
-/* The area of a box to that of both sides of the triangle in it, that pieces are left with: a triangle as high as wide
- * has 1 to 2. Seven scenes of pipes, blinds, fans and wheels take the same time with 4 and with 16, within 4 %. */
+/* The ratio that cutting aims at: half the surface of a box to the area of both sides of the triangle in it. A
+ * triangle as high as wide has 1 to 2. Seven scenes of pipes, blinds, fans and wheels take the same time with 4 and
+ * with 16, within 4 %. */
 #define WASTE 8
 
-/* The same for rods: the ratio of the area of the box to that of the same rod along an axis. As a rod takes longer to
- * test than a triangle, thicker pieces are worth it. Bundles take a third less time with 4 than with 8, and with 2 the
- * same as with 4. */
+/* The same for rods, with rod_waste() as the ratio. As the test of a rod takes longer than that of a triangle,
+ * cutting pays for thicker pieces. Bundles take a third less time with 4 than with 8, and with 2 the same as with 4. */
 #define ROD_WASTE 4
 
 static double triangle_waste(const struct scene *scene, uint32_t id)
@@ -57,14 +57,14 @@ static uint8_t halvings_of(const struct scene *scene, uint32_t id)
     if (is_triangle(id)) waste = triangle_waste(scene, id) / WASTE;
     if (primitive_kind(id) == PRIMITIVE_CONE)
         waste = rod_waste(&scene_cones(scene)[primitive_index(id)]) / ROD_WASTE;
-    if (!(waste >= 2)) return 0; /* NaN, too: a point */
+    if (!(waste >= 2)) return 0; /* includes NaN, of a triangle that is a point */
     return waste < 1 << HALVINGS_MAX ? (uint8_t)ilogb(waste) : HALVINGS_MAX;
 }
 
 struct search {
     const struct scene *scene;
     uint8_t *halvings;
-    uint32_t *found; /* slivers of each part, of ROUND_ITEMS primitives */
+    uint32_t *found; /* number of slivers in each part of ROUND_ITEMS primitives */
 };
 
 static void search_part(void *context, uint32_t round)
@@ -78,7 +78,7 @@ static void search_part(void *context, uint32_t round)
     }
 }
 
-/* Returns how many slivers there are. */
+/* Sets the halvings of all primitives, each considered on its own. Returns the number of slivers. */
 static uint32_t find_slivers(const struct scene *scene, struct crew *crew, uint8_t *halvings)
 {
     uint32_t rounds = divide_up((uint32_t)bounded_count(scene), ROUND_ITEMS), found = 0;
@@ -99,7 +99,7 @@ static struct cube cube_of(const struct scene *scene, const struct bvh_trees *tr
     return cube_around(box, center_of_bounded(trees, i));
 }
 
-/* One alone costs a test; so does what is next to it. */
+/* Leaves slivers whole that are not crowded: a sliver on its own only costs a ray one more test. */
 static void keep_crowded(const struct scene *scene, const struct bvh_trees *trees, uint32_t found,
                          uint8_t *halvings)
 {
@@ -116,12 +116,13 @@ static void keep_crowded(const struct scene *scene, const struct bvh_trees *tree
 
 /* ---- what pieces are worth ---- */
 
-/* Of the area of the box around a tree's crowds: a piece with less is not halved, as few rays come near it. Building
- * and rendering those seven scenes (640 x 480, 4 samples) take 17 % longer with 2^-8; with 2^-12 the same, but twice
- * the pieces, which hair and small pipes around a large mesh pay for. */
+/* The least area of a box or a piece that is halved, as a share of the area of the box around all crowds of the
+ * tree: few rays come near a smaller one. With 2^-8 building and rendering the seven scenes (640 x 480, 4 samples)
+ * takes 17 % longer. With 2^-12 it takes the same time, but there are twice as many pieces, at the expense of hair
+ * and of small pipes around a large mesh. */
 #define WORTH 0x1p-10
 
-/* Of the boxes around each tree's crowds. */
+/* Finds the areas of the boxes around the crowds of each tree. */
 static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
                        const uint8_t *halvings, double areas[TREES_MAX])
 {
@@ -138,10 +139,11 @@ static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
         areas[tree] = bounds_area(&boxes[tree]);
 }
 
-/* Each leaves pieces with a quarter of the area. */
+/* The most halvings of a box with this share of the area of the crowds: each halving leaves pieces with a quarter of
+ * the area. */
 static uint8_t halvings_worth(double share)
 {
-    if (!(share >= WORTH)) return 0; /* NaN, too: areas may be infinite */
+    if (!(share >= WORTH)) return 0; /* includes NaN, as areas may be infinite */
     return (uint8_t)(1 + ilogb(share / WORTH) / 2);
 }
 
@@ -159,7 +161,7 @@ static void leave_small_pieces(const struct scene *scene, const struct bvh_trees
     }
 }
 
-/* Halvings, at most, with which all pieces are within their bound. */
+/* The largest limit on halvings with which the number of pieces stays within sliver_pieces_bound(). */
 static uint8_t most_halvings(const struct scene *scene, const uint8_t *halvings)
 {
     uint32_t all = (uint32_t)bounded_count(scene), counts[HALVINGS_MAX + 1] = {0};
@@ -167,7 +169,8 @@ static uint8_t most_halvings(const struct scene *scene, const uint8_t *halvings)
         counts[halvings[i]]++;
     uint64_t rest = sliver_pieces_bound(scene), slivers = all;
     for (uint8_t most = 0; most < HALVINGS_MAX; most++) {
-        slivers -= counts[most]; /* which are halved more often, into as many pieces more */
+        /* primitives that are halved more than `most` times; the next halving adds `more` pieces */
+        slivers -= counts[most];
         uint64_t more = slivers << most;
         if (more > rest) return most;
         rest -= more;

@@ -30,14 +30,14 @@ float round_up(double x)
 
 static inline struct extent item_extent(const struct item *item)
 {
-    struct extent extent; /* of four floats: the last ones are what follows */
+    struct extent extent; /* loads four floats; the last one is the struct member that follows */
     memcpy(&extent.min, (const char *)item + offsetof(struct item, min), sizeof extent.min);
     memcpy(&extent.max, (const char *)item + offsetof(struct item, max), sizeof extent.max);
     return extent;
 }
 
-/* Half the centre, which does not overflow. The last lane would be an id: what that is as a float
- * may be slow. */
+/* Half the centre, as the centre itself may overflow. The last lane, which holds an id or a weight, is cleared:
+ * arithmetic with it as a float may be slow. */
 static inline float4 half_center(const struct extent *extent)
 {
     typedef uint32_t mask4 __attribute__((vector_size(16)));
@@ -78,24 +78,25 @@ void range_append(struct range *range, const struct range *more)
 
 /* ---- bins ---- */
 
-/* Bins per axis; a few items need, and are worth, fewer: 8 up to twice that many. */
+/* Bins per axis: BINS_FEW for up to twice as many items, which are not worth more; else BINS_MAX. */
 #define BINS_MAX 16
 #define BINS_FEW 8
 
-/* One axis; weights of the items that begin and of those that end in a bin. */
+/* The bins of one axis: the bounds of what is in each, and the weights of the items that begin in it and that end in
+ * it. */
 struct bins {
     struct extent extent[BINS_MAX];
     uint32_t begin[BINS_MAX], end[BINS_MAX];
 };
 
 struct binning {
-    unsigned count; /* of bins in use */
+    unsigned count; /* number of bins in use */
     float4 low, scale;
     struct bins axes[3];
 };
 
-/* A place on the axis in bins is 0 .. count, everywhere 0 on an axis on which [low, high] is a
- * point, or so short that it has no inverse. */
+/* Makes empty bins. A coordinate x on an axis is at place (x - low) * scale, counted in bins from 0 to count. The
+ * scale is 0 on an axis on which [low, high] is a point, or so short that its inverse overflows. */
 static void place_bins(struct binning *binning, uint32_t items, float4 low, float4 high)
 {
     binning->count = items <= 2 * BINS_FEW ? BINS_FEW : BINS_MAX;
@@ -129,11 +130,11 @@ static void bin_by_center(const struct whole *whole, struct binning *binning, ui
     }
 }
 
-/* Adds the items of some in [begin, end) to bins. */
+/* Adds the items with indices in [begin, end) to bins. */
 typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
                        uint32_t end);
 
-/* Bins that some of the crew fill, each with the items of its round. */
+/* The separate bins that the members of a crew fill, one set for the items of each round. */
 struct bin_parts {
     const struct whole *whole;
     uint32_t begin, end;
@@ -149,7 +150,8 @@ static void bin_part(void *context, uint32_t round)
     all->bin(all->whole, &all->parts[round], begin, end);
 }
 
-/* What is in a bin is least, largest and a sum of integers: the same however it is put together. */
+/* Adds the contents of bins to others. These are minima, maxima and sums of integers, so the result does not depend
+ * on the order. */
 static void add_bins(struct binning *binning, const struct binning *more)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -163,7 +165,7 @@ static void add_bins(struct binning *binning, const struct binning *more)
     }
 }
 
-/* All items of a range, into bins that are empty. */
+/* Adds all items of a range to bins, which must be empty. */
 static void bin_range(const struct whole *whole, struct binning *binning, const struct range *range,
                       bin_items *bin)
 {
@@ -182,13 +184,14 @@ static void bin_range(const struct whole *whole, struct binning *binning, const 
     free(all.parts);
 }
 
-/* The cheapest border: it is the end of bin `last`; cost stays infinite if there is none. */
+/* The cheapest border between bins: the end of bin `last`. The cost is infinite if there is none. */
 struct border {
     unsigned last;
     double cost, overlap;
 };
 
-/* Sweeps the bins of one axis from the right, then from the left. */
+/* Evaluates the borders between the bins of one axis. A sweep from the right computes the costs of the right sides,
+ * then one from the left adds those of the left sides. */
 static struct border sweep_bins(const struct bins *bins, const uint32_t *right_weights,
                                 unsigned count)
 {
@@ -238,13 +241,14 @@ struct split find_object_split(const struct whole *whole, const struct range *ra
 
 /* ---- pieces of triangles ---- */
 
-/* A triangle's corners, from the tree's centre, and rounded outward. */
+/* The vertices of a triangle, relative to the tree's centre: as they are, and as boxes rounded outward. */
 struct corners {
     double at[3][3];
     struct extent rounded[3];
 };
 
-/* Outward by at least a half of a float's spacing, which is 2^-23 at most, and by two at most. */
+/* A box around a point: rounded outward by at least half of a float's spacing, which is at most 2^-23 of the
+ * coordinate, and by at most two spacings. */
 static inline struct extent round_outward(const double point[3])
 {
     const float4 top = all4(FLT_MAX), x = {(float)point[0], (float)point[1], (float)point[2], 0};
@@ -265,8 +269,8 @@ static struct corners corners_of(const struct whole *whole, uint32_t id)
     return corners;
 }
 
-/* Where an edge crosses the plane: within 4 u of the coordinates, which is less than TEST_ERROR
- * allows for. here and there are on different sides. */
+/* The box of the point where an edge crosses the plane, with an error within 4 u of the coordinates, which is less
+ * than TEST_ERROR allows for. here and there are the signed distances of p and q from the plane; their signs differ. */
 static struct extent edge_crossing(const double p[3], const double q[3], double here, double there)
 {
     double share = here / (here - there), point[3];
@@ -275,7 +279,7 @@ static struct extent edge_crossing(const double p[3], const double q[3], double 
     return round_outward(point);
 }
 
-/* The parts of a piece on either side of a plane; false: on one side nothing is left of it. */
+/* The boxes of the parts of a piece on either side of a plane; false: there is nothing on one side. */
 static bool cut(const struct corners *corners, const struct extent *piece, unsigned axis,
                 float plane, struct extent *left, struct extent *right)
 {
@@ -301,7 +305,7 @@ static float border_at(const struct binning *binning, unsigned axis, unsigned bi
     return binning->low[axis] + (float)bin / binning->scale[axis];
 }
 
-/* Puts the pieces of a triangle into the bins from first to last. */
+/* Cuts a triangle at the borders between bins first .. last, and adds the pieces to these bins. */
 static void bin_pieces(const struct corners *corners, struct binning *binning, unsigned axis,
                        const struct extent *extent, unsigned first, unsigned last)
 {
@@ -322,7 +326,8 @@ static void bin_item_by_place(const struct whole *whole, struct binning *binning
     float4 low = extent.min, high = extent.max;
     bool divisible = is_triangle(item->id), known = false;
     struct corners corners;
-    if (!divisible) low = high = 2 * half_center(&extent); /* all of it goes where its centre is */
+    /* the whole item goes into the bin of its centre */
+    if (!divisible) low = high = 2 * half_center(&extent);
     low[3] = high[3] = 0;
     low = min4((low - binning->low) * binning->scale, last_bin);
     high = min4((high - binning->low) * binning->scale, last_bin);
@@ -407,7 +412,7 @@ static unsigned longest_axis(const struct item *item)
     return longest;
 }
 
-/* The item becomes the part on the left; false: there are no two. */
+/* Cuts an item: it becomes the left part, *right the right one. false: one side is empty, and nothing changes. */
 static bool cut_item(const struct corners *corners, struct item *item, unsigned axis, float plane,
                      struct item *right)
 {
@@ -432,8 +437,8 @@ uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned h
     return end;
 }
 
-/* Cuts the triangles on the plane in two as long as there is room; the second parts come behind the
- * others. Returns how many items there are then. */
+/* Cuts the triangles across the plane in two as long as there is room; the right parts are added after the items of
+ * the range. Returns the number of items, right parts included. */
 static uint32_t cut_items(const struct whole *whole, const struct range *range,
                           const struct split *split)
 {
@@ -449,7 +454,8 @@ static uint32_t cut_items(const struct whole *whole, const struct range *range,
     return end - range->first;
 }
 
-/* Gives both sides of the room, by the number of their items: those on the right move up. */
+/* Divides the room between both sides in proportion to the number of their items. The items on the right move up to
+ * leave room after those on the left. */
 static void share_room(struct item *items, uint32_t room, struct range *left, struct range *right)
 {
     uint64_t count = (uint64_t)left->count + right->count;

@@ -44,7 +44,7 @@ uint32_t bounded_id_after(const struct scene *scene, uint32_t id)
     return primitive_id(kind, 0);
 }
 
-/* How far a box reaches from there, on the axis on which that is most. */
+/* The largest distance along an axis from the centre to a point of the box. */
 static double farthest_from(const struct bounds *box, const double center[3])
 {
     double far = 0;
@@ -54,13 +54,13 @@ static double farthest_from(const struct bounds *box, const double center[3])
     return far;
 }
 
-/* Around all, and the least size above 0 of a box. */
+/* Finds the box around all primitives, and the smallest size above 0 of the box of one. */
 struct survey {
     const struct scene *scene;
     struct survey_part {
         struct bounds all;
         double least;
-    } * parts; /* of ROUND_ITEMS primitives each */
+    } * parts; /* one for each part of ROUND_ITEMS primitives */
 };
 
 static void survey_part(void *context, uint32_t round)
@@ -96,19 +96,19 @@ static struct survey_part survey_scene(const struct scene *scene, struct crew *c
 
 /* ---- the centre of most ---- */
 
-/* So many of the boxes tell where most of them are: what has half of all has 47 to 53 % of these (two standard
- * deviations). */
+/* The number of boxes sampled to find the region of most primitives. A region with half of all boxes has 47 to 53 %
+ * of the sample (two standard deviations). */
 #define CENTER_BOXES 1024
 
-/* Which of `all` is the i-th of so many: all of them, or by multiples of the golden ratio, which keep clear of the rows
- * of a mesh. */
+/* The index of the i-th of `count` samples out of `all`: i if all are taken, else spread by multiples of the golden
+ * ratio, which do not align with the rows of a mesh. */
 static uint64_t spread(uint32_t i, uint32_t count, uint64_t all)
 {
     double turns = 0.6180339887 * i;
     return count == all ? i : (uint64_t)((turns - floor(turns)) * (double)all);
 }
 
-/* Of the boxes of up to CENTER_BOXES primitives; returns how many. */
+/* Stores the centres of the boxes of up to CENTER_BOXES primitives; returns their number. */
 static uint32_t take_middles(const struct scene *scene, double middles[3][CENTER_BOXES])
 {
     uint64_t all = bounded_count(scene);
@@ -127,7 +127,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts them; the larger one of the two in the middle. */
+/* Sorts the values and returns their median; of an even number, the larger of the two in the middle. */
 static double median_of(double *values, uint32_t count)
 {
     qsort(values, count, sizeof *values, by_size);
@@ -135,15 +135,20 @@ static double median_of(double *values, uint32_t count)
 }
 
 /*
- * On an axis where the median of the boxes' middles is further from the origin than CENTER_FAR times their median
- * distance from it, that median: a mesh on a ball as large as a planet has all but one of its boxes far from the
- * ball's centre, and float has bits for them or for the ball. Less than half of the boxes may be anywhere else.
- * Else the middle of everything where that is further from the origin than everything is wide. Else 0: what is
- * beside the origin keeps its coordinates, of which many are floats.
+ * The centre of the first tree, for each axis on its own:
+ *
+ * If the median of the sampled boxes' centres is further from the origin than CENTER_FAR times their median distance
+ * from it, it is the centre. An example is a mesh on a ball as large as a planet: all boxes but one are far from the
+ * ball's centre, and floats have enough bits either for them or for the ball. Less than half of the boxes may be
+ * anywhere else.
+ *
+ * Otherwise, if the middle of the whole scene is further from the origin than the scene is wide, it is the centre.
+ *
+ * Otherwise it is 0: a scene at the origin keeps its coordinates, many of which are floats.
  */
 #define CENTER_FAR 16
 
-/* Overwrites the middles, of which there is one at least. */
+/* Returns the centre on one axis. Overwrites the middles, of which there must be at least one. */
 static double center_on(const struct bounds *all, unsigned axis, double *middles, uint32_t count)
 {
     double median = median_of(middles, count);
@@ -165,8 +170,9 @@ static void find_center(const struct scene *scene, const struct bounds *all, dou
 
 /* ---- what is too fine ---- */
 
-/* A box is fine where it is smaller than its distance from the centre by that: rounded outward to float, by up to
- * 2^-23 of the distance to each side, it may be half as large again. */
+/* A box is fine if its size times FINE is less than the largest distance of its points from the centre. Outward
+ * rounding to float moves each side by up to 1.5 * 2^-23 of the distance, so even the largest fine boxes may grow by
+ * three eighths. */
 #define FINE 0x1p20
 
 static bool is_fine(const struct bounds *box, const double center[3])
@@ -175,7 +181,7 @@ static bool is_fine(const struct bounds *box, const double center[3])
     return size > 0 && size * FINE < far && far < INFINITE;
 }
 
-/* A tree for fewer is not worth the place among TREES_MAX. */
+/* Fewer fine primitives are not worth one of TREES_MAX trees. */
 #define FINE_MIN 64
 
 struct fine_box {
@@ -183,7 +189,7 @@ struct fine_box {
     uint32_t index; /* as of bounded_id() */
 };
 
-/* Some fine primitives, in order; each is looked at once for every tree. */
+/* Fine primitives, in order. Only they are examined again for every further tree. */
 struct fine {
     struct fine_box *at; /* owned */
     uint32_t count;
@@ -204,9 +210,10 @@ static struct fine find_fine(const struct scene *scene, const double center[3])
 }
 
 /*
- * Fine boxes matter where they are crowded: CROWD of them have their middles in one cube with an edge of 1/FINE of the
- * distance from the centre, or of the next power of two above it. Of a surface these are smaller than a quarter of
- * that, and look three times as large in float. Specks of dust far from each other are just as well off as they are.
+ * Fine boxes only matter where they are crowded. The cube is chosen so that its edge is 1/FINE of a box's distance from
+ * the centre, rounded up to a power of two. CROWD boxes of a surface with their centres in one such cube are smaller
+ * than a quarter of the edge, and look three times as large in float. Specks of dust far from each other do as well in
+ * the first tree.
  */
 static struct cube cube_of(const struct bounds *box, const double center[3])
 {
@@ -215,7 +222,7 @@ static struct cube cube_of(const struct bounds *box, const double center[3])
     return cube;
 }
 
-/* Leaves the crowded ones. */
+/* Keeps only the crowded boxes. */
 static void keep_crowded(struct fine *fine, const double center[3])
 {
     struct cubes cubes = cubes_for(fine->count);
@@ -231,10 +238,10 @@ static void keep_crowded(struct fine *fine, const double center[3])
 
 /* ---- their trees ---- */
 
-/* Of so many of the fine boxes the middles are tried as a centre. */
+/* The number of fine boxes whose centres are tried as the centre of a tree. */
 #define CENTERS_TRIED 64
 
-/* The middle of one for which the most of them are fine no more. */
+/* Finds the centre of a fine box relative to which the most of the sampled boxes are not fine. */
 static void find_fine_center(const struct fine *fine, double center[3])
 {
     struct bounds boxes[CENTER_BOXES];
@@ -254,7 +261,8 @@ static void find_fine_center(const struct fine *fine, double center[3])
     }
 }
 
-/* Gives what is not fine from there a tree, if that is enough; the others stay. */
+/* Adds a tree with this centre for the boxes that are not fine relative to it, and removes them from *fine. false:
+ * there are too few such boxes, and nothing changes. */
 static bool add_tree(struct fine *fine, const double center[3], struct bvh_trees *trees)
 {
     uint32_t near = 0, kept = 0;
