@@ -1,14 +1,14 @@
 /*
- * Where a line crosses a cone, in double-double.
+ * Intersection of a line with a cone in double-double, and in exact arithmetic where that does not decide.
  *
- * As with the sphere, the line's parameter is counted from t, where it passes closest to the axis
- * (G = F + t D, G.D about 0), so that B^2 - A C keeps its digits for a distant or a very long cone.
- * The discriminant in terms of the input, for when even that does not decide:
+ * As with the sphere, the line's parameter is counted from t, where the line passes closest to the axis (G = F + t D,
+ * G.D about 0). So B^2 - A C keeps its digits for a distant or a very long cone. The exact discriminant is computed
+ * from this polynomial of the input:
  *
  *   B^2 - A C = W |d x g|^2 - (W + (r1 - r0)^2) (f.(d x w))^2,   g = r0 w + (r1 - r0) f
  *
- * (write F.D = (f.d) W - (f.w)(d.w) and so on; for a cylinder it is W (r^2 |d x w|^2 - (f.(d x
- * w))^2), the comparison of the line's distance to the axis with the radius).
+ * (write F.D = (f.d) W - (f.w)(d.w) and so on). For a cylinder it is W (r^2 |d x w|^2 - (f.(d x w))^2), which compares
+ * the line's distance from the axis with the radius.
  */
 #include "worker/cone.h"
 
@@ -17,8 +17,8 @@
 #include "worker/cone_line.h"
 #include "worker/inlined.h"
 
-/* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere:
- * six lengths or directions are multiplied. */
+/* A cone and a ray with all lengths divided by 2^length and the direction divided by 2^speed, as for a sphere, so
+ * that products of six lengths or directions neither overflow nor underflow. Ordinary ones are not scaled. */
 struct scaled {
     struct cone cone;
     struct vec3 origin, direction;
@@ -43,7 +43,7 @@ static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
     return it;
 }
 
-/* D that is no more than its own error gives no closest approach. */
+/* A D of at most this share of |d| |w| is no more than its own error, so it gives no closest approach. */
 #define PARALLEL 0x1p-98
 
 static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3 F, struct dd3 D)
@@ -53,8 +53,8 @@ static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3
     return cone_closest_approach(F, D);
 }
 
-/* Rounded once. What is smaller than 2^-900 is told as about that: where it ends only its sign counts, and so its low
- * word does not underflow. */
+/* The sum, rounded once. A value smaller than 2^-900 is returned as about 2^-900: only its sign counts, and its low
+ * word must not underflow. */
 RARE static struct dd rounded_sum(const struct accumulator *sum)
 {
     int exponent;
@@ -101,7 +101,7 @@ RARE static void exact_W(struct accumulator *W, const struct cone_line *line)
         accumulator_add_dd(W, 1, dd3_component(&line->w, i), dd3_component(&line->w, i), dd(1));
 }
 
-/* W A = W |d x w|^2 - (r1 - r0)^2 (d.w)^2, rounded once. */
+/* A = (W |d x w|^2 - (r1 - r0)^2 (d.w)^2) / W, with the numerator rounded once. */
 RARE static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, D, speed;
@@ -146,7 +146,7 @@ RARE static void add_slanted(struct accumulator *sum, int sign, const struct sca
     accumulator_add_dd(sum, sign, line->widening, dd3_component(&line->f, i), d);
 }
 
-/* B^2 - A C as in the file's head, rounded once. */
+/* B^2 - A C as in the file header, rounded once. */
 RARE static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, cross, P;
@@ -167,7 +167,7 @@ RARE static struct dd exact_discriminant(const struct scaled *it, const struct c
 
 /* ---- the side ---- */
 
-/* While a ray is inside something convex; empty when enter is after leave. */
+/* The interval of t in which a ray is inside a convex set; empty if enter is after leave. */
 struct interval {
     struct dd enter, leave;
 };
@@ -191,9 +191,9 @@ static struct interval linear_side(const struct cone_line *line)
 }
 
 /*
- * Between the roots when the ray is flatter than the generators: then it meets one nappe, and if
- * that is the other one, the slab cuts all of it off. A steeper ray meets both: of its two
- * half-lines the one that runs towards greater radii.
+ * The interval in which a line is inside the nappe where rho >= 0. If A > 0 the line is less steep than the generators:
+ * it is inside between the roots, in one of the nappes, and if that is the other nappe the slab cuts all of it off. A
+ * steeper line meets both nappes: of its two half-lines the one that runs towards greater radii is inside.
  */
 static struct interval nappe(const struct cone_line *line, const struct dd roots[2])
 {
@@ -230,14 +230,13 @@ static double distances(const struct scaled *it)
 }
 
 /*
- * Rims and tips are where two crossings coincide. Roots are irrational; to tell two of them apart
- * for certain would take some 16 times the digits of the input. Here those are equal, and the rim
- * is met, that differ by 2^-88 of the distances involved, 2^-35 of the last place of t: far more
- * than double-double errs by.
+ * At rims and tips two crossings coincide. Roots are irrational; deciding whether two of them are equal would take some
+ * 16 times the digits of the input. So crossings that differ by at most 2^-88 of the distances involved, 2^-35 of the
+ * last place of t, count as equal, and the ray meets the rim. Errors of double-double are far smaller.
  */
 #define SAME_CROSSING 0x1p-88
 
-/* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
+/* C = (W F.F - (r0 W + (r1 - r0) f.w)^2) / W at the origin, with the numerator rounded once. */
 RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, F, rho;
@@ -266,7 +265,7 @@ NOINLINE static void roots_from_origin(const struct scaled *it, const struct con
     struct cone_line from = line_of(it, true);
     double S = from.radial;
     double error = 64 * DD_ROUNDOFF * S * S + 2 * S * from.radial_error;
-    /* Elsewhere it is right to 2^-56. */
+    /* Otherwise the double-double value is correct to 2^-56. */
     if (fabs(from.C.high) <= 0x1p56 * error) from.C = exact_C(it, line);
     struct dd q = cone_larger_sum(from.B, root);
     roots[0] = q.high == 0 ? dd(0) : dd_div(from.C, q);
@@ -289,12 +288,12 @@ static struct interval cone_side(const struct scaled *it, uint64_t *exact)
     double size = distances(it), small = fmin(fabs(roots[0].high), fabs(roots[1].high));
     if (small < CONE_ROOT_CANCELLED * (size + fabs(line.t)))
         roots_from_origin(it, &line, root, roots);
-    /* From the tip both are 0. */
+    /* For a ray from the tip both roots are 0. */
     if (fabs(roots[1].high) < SAME_CROSSING * size) roots[1] = dd(0);
     return nappe(&line, roots);
 }
 
-/* The same for a ray that starts on the side and goes inward: C = 0, one root is 0. */
+/* The interval of a ray that starts on the side and goes inward: C = 0, so one root is 0, and there is no entry. */
 static struct interval side_from(const struct scaled *it, struct cone_line *line)
 {
     decide_A(it, line);
@@ -305,7 +304,7 @@ static struct interval side_from(const struct scaled *it, struct cone_line *line
 
 /* ---- the caps ---- */
 
-/* Between the base and the apex plane, and which caps they are. */
+/* The interval between the planes of base and apex, and the caps at its ends. */
 struct slab {
     struct interval inside;
     uint32_t enter_part, leave_part;
@@ -336,8 +335,8 @@ static struct slab cone_slab(const struct scaled *it)
 }
 
 /*
- * Whether the ray certainly comes in through a cap, ahead of its origin: then nothing needs to be
- * known of the side. |F + t D| / |w| is the distance to the axis; for its error see CONE_FILTER.
+ * Whether the ray certainly enters through a cap, ahead of its origin, so that the side need not be intersected. The
+ * distance from the axis is |F + t D| / |w|; see CONE_FILTER for its error.
  */
 static bool enters_by_cap(const struct scaled *it, const struct slab *slab)
 {
@@ -355,7 +354,7 @@ static bool enters_by_cap(const struct scaled *it, const struct slab *slab)
 
 /* ---- both together ---- */
 
-/* Crossings before they are rounded; of the scaled line. */
+/* Crossings of the scaled line, before they are rounded to double. */
 struct spans {
     struct dd t[2];
     uint32_t part[2];
@@ -404,8 +403,8 @@ static struct spans both_spans(const struct scaled *it, struct interval side,
     return it->cone.capped ? solid_spans(side, slab, size) : open_spans(side, slab, size);
 }
 
-/* The way out of a ray that starts on from_part and goes into the cone, else nothing. Along the
- * surface is outside. A solid is left at once if rounding has put the origin beside it. */
+/* The exit of a ray that starts on from_part and goes into the cone; no crossing if the ray goes outward or along
+ * the surface. If rounding has put the origin beside a solid, the ray leaves it at once. */
 static struct spans way_out(const struct scaled *it, uint32_t from_part)
 {
     struct slab slab = cone_slab(it);
@@ -468,8 +467,9 @@ static struct dd span_at(const struct scaled *it, const struct ray *ray, double 
     return dd(rounded);
 }
 
-/* A way out was solved for as if the ray started on the side, which it does but for rounding; where it goes through the
- * side again, its roots tell. */
+/* The double-double value of the crossing that was rounded to t. An exit was computed as if the origin were exactly
+ * on the side, but it is rounded. So for an exit through the side the later root for the rounded origin is returned,
+ * if the two agree within WAY_OUT_ERROR. */
 static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
                               uint32_t part, bool leaving)
 {
@@ -501,7 +501,7 @@ FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_
     struct dd3 w = exact_difference3(cone->apex, cone->base);
     struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
     double size = fmax(vec_largest(dd3_round(w)), fmax(cone->base_radius, cone->apex_radius));
-    /* Six lengths are multiplied; wherever it stands, only the cone's own count. */
+    /* Six lengths are multiplied. Only the size of the cone matters here, not its position. */
     if (!is_cone_ordinary(size)) {
         int exponent;
         (void)frexp(size, &exponent);

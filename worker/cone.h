@@ -153,7 +153,8 @@ static inline struct crossings cone_crossings(const struct cone *cone, const str
     return cone_roots(cone, ray, leaving, purpose->any, exact);
 }
 
-/* The double-double value of the crossing that cone_crossings() rounded to t; for an exit see sphere_parameter(). */
+/* The double-double value of the crossing that cone_crossings() rounded to t, for comparison with those of other
+ * primitives; for an exit see sphere_parameter(). */
 struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
                          bool leaving);
 
