@@ -52,8 +52,9 @@ static int count_known(const struct canvas *canvas, const uint8_t *known,
     return sum;
 }
 
-/* Whether blocks of this edge tell more of a pixel than its neighbours at this distance: they are no larger than
- * that; or their middles are no farther away, and most of the neighbours are guessed themselves. */
+/* Whether the preview, with blocks of this edge, is a better estimate of a pixel than its neighbours at this
+ * distance. That is so if the blocks are no larger than the distance; or if their centres are no farther away than
+ * the neighbours, and most of the neighbours are guessed themselves. */
 static bool blocks_tell_more(uint32_t edge, uint32_t spacing, int neighbours, int known)
 {
     if (edge == 0 || edge > 2 * spacing) return false;
@@ -96,9 +97,9 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
 
 /* ---- the error of filled pixels ---- */
 
-/* The squared error of filled pixels, as a part of that of the pixels of the finest complete lattice if guessed:
- * filled pixels are closer to known ones than those are to the coarser lattice. It was 0.36 to 0.58 in ten
- * pictures of three scenes, of which 7 to 61 % had samples. */
+/* The squared error of filled pixels, as a share of that of guesses for the pixels of the finest complete lattice:
+ * filled pixels are closer to known ones than those are to the next coarser lattice. The share was 0.36 to 0.58 in
+ * ten pictures of three scenes, of which 7 to 61 % had samples. */
 #define GUESSED_SHARE 0.5
 
 static double squared_miss(const float a[3], const float b[3])

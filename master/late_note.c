@@ -6,7 +6,7 @@
 
 #include "common/message.h"
 
-/* So many seconds from now, by the clock of the condition. */
+/* The time this many seconds from now, by the clock of the condition variable. */
 static struct timespec time_after(double seconds)
 {
     struct timespec then;

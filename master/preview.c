@@ -13,7 +13,7 @@ void preview_free(struct preview *preview)
     *preview = (struct preview){0};
 }
 
-/* All probes have the same step, the edge of their blocks. */
+/* Allocates the blocks, all unknown. All probes have the same step, which is the edge of their blocks. */
 static void begin(struct preview *preview, uint32_t width, uint32_t height, uint32_t edge)
 {
     preview->edge = edge;
@@ -74,8 +74,8 @@ const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y
     return isnan(color[0]) ? NULL : color;
 }
 
-/* The two blocks along an axis between whose middles a pixel lies, the same one twice beyond the outermost, and
- * the weight of the second. */
+/* The two blocks along an axis between whose middles a pixel lies, and the weight of the second. Beyond the
+ * outermost middle both are the same block. */
 struct between {
     uint32_t first, second;
     float weight;

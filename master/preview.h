@@ -1,5 +1,5 @@
-/* A coarse first view of the picture: the colours of the probes (TILE_PROBE in common/tile.h), one per block. It
- * stands in for pixels that are not rendered (master/fill.h). */
+/* A coarse first view of the picture: blocks of one colour each, which is that of a probe (TILE_PROBE in
+ * common/tile.h). It stands in for pixels that are not rendered (master/fill.h). */
 #ifndef FARM_MASTER_PREVIEW_H
 #define FARM_MASTER_PREVIEW_H
 
@@ -9,7 +9,7 @@
 
 /* A preview that is all zero is empty. */
 struct preview {
-    uint32_t edge;          /* edge of a block, pixels; 0: no probe is back */
+    uint32_t edge;          /* edge of a block, pixels; 0: no probe has arrived */
     uint32_t columns, rows; /* blocks */
     float *rgb;             /* 3 per block; NaN: unknown */
 };
@@ -26,8 +26,9 @@ void preview_complete(struct preview *preview);
 /* The colour of the block that contains this pixel; NULL: it is unknown. Valid until the preview is changed. */
 const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y);
 
-/* The colour at this pixel of a complete preview: each block's is that of the probe in its middle, between them it is
- * interpolated bilinearly, and constant beyond the outermost ones. false: the preview is empty. */
+/* Stores the colour at this pixel of a complete preview. Each block has the colour of the probe in its middle;
+ * between these middles it is interpolated bilinearly, and beyond the outermost ones it is constant. false: the
+ * preview is empty. */
 bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3]);
 
 #endif

@@ -1,11 +1,13 @@
-/* What a run does before it renders, and how long that took: for messages that a time limit was too short for it. */
+/* A text that says what a run spent its time on before it rendered, for messages that a time limit was too short for
+ * this. */
 #ifndef FARM_MASTER_START_TIMES_H
 #define FARM_MASTER_START_TIMES_H
 
 #include "master/report.h"
 
-/* The largest parts of the time up to rendering, the longest first: "picture memory 49.8 s, loading 1.1 s". At most
- * three, and none of less than a hundredth of it but the first. Owned by the caller. */
+/* Returns a text with the longest phases before rendering and their times, the longest first, such as "picture
+ * memory 49.8 s, loading 1.1 s". It names at most three, and apart from the first none of less than a hundredth of
+ * the total. The text is owned by the caller. */
 char *start_times_text(const struct run_times *time);
 
 #endif
