@@ -6,7 +6,7 @@
 #include "worker/several.h"
 #include "worker/slabs.h"
 
-/* A primitive in a leaf, and the leaf's box. */
+/* An entry of a leaf, and the box of this leaf. */
 struct piece {
     uint32_t id;
     float min[3], max[3];
@@ -17,15 +17,16 @@ struct survey {
     const struct scene *scene;
     const struct bvh *bvh;
     uint64_t nodes, entries, primitives;
-    uint64_t places; /* of all leaves, in entries' bytes */
+    uint64_t places; /* size of all leaves with their quantized vertices, as a number of entries */
     uint64_t bytes;
-    double tests; /* that a ray through the root's box expects: leaves' areas by that of the root */
-    unsigned depth; /* of nodes */
+    /* expected number of tests of a ray that meets the root: by the ratio of the areas of leaves and root */
+    double tests;
+    unsigned depth; /* largest depth of a node */
     uint32_t largest_leaf;
     struct piece *pieces; /* one per entry of the leaves, in the order of traversal */
 };
 
-/* The rounded corners of a leaf's triangles are within half a unit, and the rounding of doubles, of the true ones. */
+/* The quantized vertices of a leaf are within half a unit of the true ones, up to the rounding of doubles. */
 static void check_corners(const struct survey *survey, const struct bvh_leaf *leaves,
                           uint32_t count, uint32_t triangles)
 {
@@ -117,7 +118,7 @@ static struct vec3 triangle_point(const struct scene *scene, uint32_t id, int i,
     return vec_add(vec_add(point, vec_scale(at[corner[1]], u)), vec_scale(at[corner[2]], v));
 }
 
-/* On its side, on the rims too. */
+/* A point on the side of a rod, for small i on a rim. */
 static struct vec3 rod_point(const struct scene *scene, uint32_t id, int i, uint64_t *random)
 {
     const struct cone *cone = &scene_cones(scene)[primitive_index(id)];
@@ -180,7 +181,7 @@ static void check_empty(const struct bvh_node *node, unsigned first)
     }
 }
 
-/* Checks a node and all below it. min, max: its box according to its parent. */
+/* Checks a node and all nodes below it. min, max: its box according to its parent. */
 static void check_node(struct survey *survey, uint32_t index, const float min[3],
                        const float max[3], unsigned depth)
 {
@@ -208,7 +209,7 @@ static void check_node(struct survey *survey, uint32_t index, const float min[3]
     check_empty(node, slot);
 }
 
-/* What rays' errors are told by. */
+/* Checks reach and size, on which bounds on the rounding errors of rays depend. */
 static void check_size(const struct bvh *bvh)
 {
     double center = 0, reach = 0;
@@ -219,7 +220,7 @@ static void check_size(const struct bvh *bvh)
     assert_true(bvh->reach == reach && bvh->size == reach + center);
 }
 
-/* Checks that the primitives of a tree are in all boxes above them, and counts. */
+/* Checks that all boxes above a primitive contain it, and returns totals. */
 static struct survey survey_tree(const struct scene *scene, const struct bvh *bvh)
 {
     struct survey survey = {.scene = scene, .bvh = bvh};
@@ -379,7 +380,8 @@ static void test_extreme_coordinates(void **state)
     assert_true(survey.largest_leaf <= 2); /* solids */
 }
 
-/* Small spheres next to (0, height, 0), on a ball of that radius, with as large a sun so many times as high. */
+/* The tree over small spheres near (0, height, 0) on a large sphere of radius `height`, and if sun > 0 over another
+ * sphere of this radius at sun times the height on two axes. */
 static struct bvh *tree_on_ball(double height, double sun)
 {
     uint64_t random = 18;
@@ -394,7 +396,7 @@ static struct bvh *tree_on_ball(double height, double sun)
     return bvh;
 }
 
-/* On axes where that is 0, exactly there. */
+/* Checks the centre to within 1, on axes where 0 is expected exactly. Frees the tree. */
 static void assert_center(struct bvh *bvh, double x, double y, double z)
 {
     const double expected[3] = {x, y, z};
@@ -403,7 +405,7 @@ static void assert_center(struct bvh *bvh, double x, double y, double z)
     free(bvh);
 }
 
-/* Where most of the boxes are far from the origin, float's bits are theirs, whatever else there is. */
+/* The centre is where most boxes are, so that float resolves these, whatever other boxes there are. */
 static void test_center_is_where_most_are(void **state)
 {
     (void)state;
@@ -412,7 +414,7 @@ static void test_center_is_where_most_are(void **state)
     assert_center(tree_on_ball(1, 0), 0, 0, 0);
 }
 
-/* Small spheres around some places on a ball, so many at each. */
+/* The given number of small spheres around each of some places on a large sphere. */
 static struct scene *clusters_on_ball(const struct vec3 *places, unsigned count, unsigned spheres)
 {
     uint64_t random = 19;
@@ -425,7 +427,7 @@ static struct scene *clusters_on_ball(const struct vec3 *places, unsigned count,
     return finish_scene(builder);
 }
 
-/* Each has the ball, and so many trees are there. */
+/* Checks the trees over a scene and returns their number. Frees the scene. */
 static unsigned count_trees(struct scene *scene)
 {
     struct bvh *bvh = build_tree(scene);
@@ -526,7 +528,7 @@ static struct survey survey_pipe(uint32_t facets, double scattered)
     return check_tree(finish_scene(builder));
 }
 
-/* Long thin triangles have nearly the same box, but their pieces have not; also with other triangles around them. */
+/* Cut into pieces, long thin triangles with nearly the same box cause few tests; also among other triangles. */
 static void test_slivers_are_cut(void **state)
 {
     (void)state;
@@ -534,7 +536,7 @@ static void test_slivers_are_cut(void **state)
     assert_true(survey_pipe(1000, 10).tests < 2000.0 / 16);
 }
 
-/* A million slivers: they are split as long as there is room for pieces. */
+/* Many slivers are cut only as long as there is room for pieces. */
 static void test_many_slivers(void **state)
 {
     (void)state;
@@ -543,7 +545,7 @@ static void test_many_slivers(void **state)
     assert_true(survey.tests < 80000.0 / 6);
 }
 
-/* Beside larger ones, few rays come near them. */
+/* Slivers that are small compared with others are left whole, as few rays come near them. */
 static void test_small_slivers(void **state)
 {
     (void)state;
@@ -558,7 +560,7 @@ static void test_small_slivers(void **state)
     assert_true(check_tree(finish_scene(builder)).entries <= 200 * 32 + 2000 + 2200 / 4);
 }
 
-/* Too few to be worth it: what there is are pieces of spatial splits. */
+/* Too few slivers to be cut: only spatial splits add pieces. */
 static void test_few_slivers(void **state)
 {
     (void)state;
@@ -573,7 +575,7 @@ static struct builder *with_rods(uint32_t count, double spread, double transmiss
     return builder;
 }
 
-/* Nor have long thin cylinders and cones; close to the origin and far from it, where a float is coarse. */
+/* The same for long thin cylinders and cones, close to the origin and far from it, where floats are coarse. */
 static void test_rods_are_cut(void **state)
 {
     (void)state;
@@ -587,7 +589,7 @@ static void test_rods_are_cut(void **state)
     assert_int_equal(check_tree(finish_scene(builder)).primitives, 2201);
 }
 
-/* Too few to be worth it, or so close together that the boxes of pieces would be the same, too. */
+/* Rods are left whole if they are too few, or so close together that even their pieces have nearly the same boxes. */
 static void test_rods_that_stay_whole(void **state)
 {
     (void)state;
@@ -595,7 +597,7 @@ static void test_rods_that_stay_whole(void **state)
     assert_int_equal(check_tree(finish_scene(with_rods(2000, 0.2, 0))).entries, 2000);
 }
 
-/* What fills its box, or runs along an axis, is not cut. */
+/* A rod that fills its box, or runs along an axis, is not cut. */
 static void test_rods_that_fill_their_boxes(void **state)
 {
     (void)state;
@@ -611,7 +613,7 @@ static void test_rods_that_fill_their_boxes(void **state)
     assert_int_equal(check_tree(finish_scene(builder)).entries, 400);
 }
 
-/* Longer than what can be multiplied, and shorter. */
+/* Rods of sizes whose products overflow or underflow. */
 static void test_extreme_rods(void **state)
 {
     (void)state;
@@ -779,7 +781,7 @@ static void build_too_many(void *memory)
     bvh_build(&scene, memory, 1);
 }
 
-/* Of so many primitives nothing but their number is looked at. */
+/* Too many primitives: nothing but their number is read. */
 static void test_too_many(void **state)
 {
     (void)state;

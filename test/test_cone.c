@@ -2,9 +2,9 @@
 
 #include "worker/cone.h"
 
-static uint64_t exact; /* counts what the tests do not look at */
+static uint64_t exact; /* counter of exact computations, which the tests do not check */
 
-/* Asks for entry and exit at any distance. */
+/* The purpose of a query for both entry and exit, at any distance. */
 static const struct purpose BOTH = {true, INFINITE};
 
 static const struct cone tube = {
@@ -68,7 +68,8 @@ static void test_from_inside(void **state)
     assert_crossings(&rod, ray, -1, CONE_BASE_CAP, 1, CONE_APEX_CAP);
 }
 
-/* From the floor under a rod, which is so far away that all of it is near the start: where it is entered is told. */
+/* A ray from the floor into a rod that stands on it, so far from the origin that all of the rod is near the start in
+ * terms of rounding errors: the entry is reported. */
 static void test_from_the_floor_far_away(void **state)
 {
     (void)state;
@@ -91,7 +92,7 @@ static void test_tangent(void **state)
     (void)state;
     assert_crossings(&tube, ray_along(vec3(-3, 1, 1), vec3(1, 0, 0)), 3, CONE_SIDE, 3, CONE_SIDE);
     assert_missed(&tube, ray_along(vec3(-3, nextafter(1, 2), 1), vec3(1, 0, 0)));
-    /* in the side, along the axis: closed */
+    /* along a line of the side, which belongs to the solid */
     assert_crossings(&rod, ray_along(vec3(1, 0, -1), vec3(0, 0, 1)), 1, CONE_BASE_CAP, 3,
                      CONE_APEX_CAP);
 }
@@ -187,7 +188,7 @@ static struct cone random_cone(uint64_t *random)
     return cone;
 }
 
-/* A point at height s, at share r of the radius there; *out is the direction away from the axis. */
+/* A point at height s, at r times the radius there; *out is the unit vector away from the axis. */
 static struct vec3 point_of_cone(const struct cone *cone, uint64_t *random, double s, double r,
                                  struct vec3 *out)
 {
@@ -224,7 +225,7 @@ static void test_points_on_the_side(void **state)
     }
 }
 
-/* Rays through inner points, and exactly through rims: each entry has an exit. */
+/* Rays through inner points and exactly through rims: a ray that enters also leaves. */
 static void test_capped_is_closed(void **state)
 {
     (void)state;
@@ -283,7 +284,7 @@ static void test_normals(void **state)
     assert_vector_near(cone_normal(&hat, dd3_of(vec3(0, 0, 2)), CONE_SIDE), vec3(0, 0, 1), 0);
 }
 
-/* At any size a cone has the same normals, to the bit, wherever it stands. */
+/* Scaling a cone and its position by a power of two leaves its normals the same to the bit. */
 static void test_normals_of_all_sizes(void **state)
 {
     (void)state;
@@ -331,7 +332,8 @@ static void test_bounds(void **state)
     }
 }
 
-/* Each holds what is at its heights, has a side in common with the next one, and is no larger than the whole. */
+/* The box of each piece contains the points of the cone at its heights, leaves no gap to the box of the next piece,
+ * and lies inside the box of the whole cone. */
 static void test_piece_bounds(void **state)
 {
     (void)state;

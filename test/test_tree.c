@@ -13,7 +13,7 @@ static void push(struct tree *tree, double bound, uint32_t depth)
     (void)tree_add(tree, bound, depth);
 }
 
-/* Takes out the next ray; false: there is none. */
+/* Removes the next ray and copies it to *branch; false: there is none. */
 static bool pop(struct tree *tree, double cutoff, struct branch *branch)
 {
     struct branch *next = tree->count > 0 ? tree_next(tree, cutoff) : NULL;
@@ -49,7 +49,7 @@ static void test_prunes_by_the_sum(void **state)
         push(&tree, 0.125, 1);
     for (int i = 0; i < 4; i++)
         assert_true(pop(&tree, 0.5 + 1e-12, &branch));
-    /* Never less than what is there, and hardly more. */
+    /* The sum is never less than the true one, and hardly more. */
     assert_false(pop(&tree, 0.5 + 1e-12, &branch));
     assert_int_equal(tree.count, 4);
     double left = tree_sum(&tree);
@@ -57,7 +57,6 @@ static void test_prunes_by_the_sum(void **state)
     tree_free(&tree);
 }
 
-/* Bounds whose sum rounds down: what is told as left is not below the true sum. */
 /* A closer bound of the next ray changes what comes next, and whether anything does. */
 static void test_closer_bounds(void **state)
 {
@@ -87,6 +86,7 @@ static void test_closer_bounds(void **state)
     tree_free(&tree);
 }
 
+/* Bounds whose sum rounds down: the reported sum is not below the true one. */
 static void test_sums_are_upper_bounds(void **state)
 {
     (void)state;
@@ -97,7 +97,7 @@ static void test_sums_are_upper_bounds(void **state)
         push(&tree, 0x1p-54, 1); /* each is lost beside 1 */
     assert_false(pop(&tree, 2, &branch));
     assert_true(tree_sum(&tree) >= 1 + 1000 * 0x1p-54);
-    /* It is the bound as well that may not round down. */
+    /* The comparison with the cutoff must not round the sum down, either. */
     assert_true(pop(&tree, 1, &branch));
     tree_free(&tree);
 }
@@ -119,8 +119,8 @@ static void test_without_cutoff_depth_first(void **state)
     tree_free(&tree);
 }
 
-/* Above TREE_BEST_FIRST_MAX the deepest goes first, of equally deep ones the brightest, of these the one
- * that came first. */
+/* Above TREE_BEST_FIRST_MAX the deepest ray comes first, of equally deep ones the one with the largest bound, of
+ * these the one added first. */
 static void test_deepest_first(void **state)
 {
     (void)state;
@@ -141,7 +141,7 @@ static void test_deepest_first(void **state)
         assert_true(deeper || brighter || earlier);
         before = branch;
     }
-    /* The remaining rays are taken as if there had never been more. */
+    /* At or below TREE_BEST_FIRST_MAX the order of the remaining rays is that of their bounds again. */
     for (before.bound = HUGE_VAL; tree.count > 0; before = branch) {
         assert_true(pop(&tree, 1e-3, &branch));
         assert_true(before.bound > branch.bound ||
@@ -157,7 +157,7 @@ static void test_order_of_many(void **state)
     struct tree tree = {0};
     struct branch branch;
     uint32_t random = 1, added = 0, taken = 0;
-    double left[64]; /* by when they came, which is their depth here; taken: 0 */
+    double left[64]; /* bounds in the order of insertion, which is the depth here; 0: removed */
     for (uint32_t step = 0; step < 2000; step++) {
         random = random * 1664525 + 1013904223;
         uint32_t kind = random >> 30;
@@ -193,7 +193,7 @@ static void test_order_of_many(void **state)
     tree_free(&tree);
 }
 
-/* Of all branches, whose numbers are in media, the one to come next; found without blocks and rows. */
+/* The branch that should come next, found without summaries; the number of a branch is in its media. */
 static const struct branch *expected_next(const struct tree *tree)
 {
     bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
@@ -208,7 +208,7 @@ static const struct branch *expected_next(const struct tree *tree)
     return first;
 }
 
-/* So many that the order changes again and again. */
+/* Around TREE_BEST_FIRST_MAX branches, so that the order changes again and again. */
 static void test_order_at_the_limit(void **state)
 {
     (void)state;
@@ -233,8 +233,8 @@ static void test_order_at_the_limit(void **state)
     tree_free(&tree);
 }
 
-/* Three panes of glass have some hundred pending rays that matter. After none of them one dives to the
- * end of all that do not. */
+/* Three panes of glass have some hundred pending rays that matter. None of them must be followed by a dive to the
+ * greatest depth through rays that do not matter. */
 static void test_no_dive(void **state)
 {
     (void)state;
