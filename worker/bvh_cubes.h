@@ -35,6 +35,7 @@ static inline struct cube cube_around(const struct bounds *box, const double cen
 /* Creates counters, all 0, for counting this number of boxes; to be freed with cubes_free(). Two cubes may share a
  * counter. This is rare, as there are at least four counters for each box. */
 struct cubes cubes_for(uint32_t boxes);
+/* Counts a box in its cube. */
 void cubes_count(struct cubes *cubes, struct cube cube);
 /* The number of boxes counted in this cube; UINT16_MAX at most. */
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube);

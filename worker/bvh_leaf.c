@@ -40,7 +40,7 @@ static double corner_place(const struct corner_reader *reader, uint32_t i, unsig
 static double find_unit(double extent, double largest)
 {
     int exponent;
-    if (!(largest <= UNIT_MAX)) return 0; /* false for NaN, too */
+    if (!(largest <= UNIT_MAX)) return 0; /* includes NaN */
     frexp(larger_number(extent / PLACE_MAX, UNIT_MIN), &exponent);
     double unit = ldexp(1, exponent);
     return largest <= COORDINATE_MAX * unit ? unit : 0;

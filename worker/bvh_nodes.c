@@ -86,7 +86,7 @@ static struct child new_child(const struct build *build, const struct range *ran
     return child;
 }
 
-/* The most levels of nodes after which halving alone leads to leaves, even of the heaviest items. */
+/* Upper bound on the levels of nodes that halving alone leads to, even with the heaviest items. */
 static unsigned halving_depth(uint32_t count)
 {
     unsigned depth = 1;

@@ -11,8 +11,8 @@
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
-/* The most pieces that are added. Each takes as much memory and construction time as a triangle: a million take 40
- * MB and 0.6 to 1 s of one core; a million pieces of rods take 55 MB and 1.5 s. */
+/* The most pieces that are added. Each takes as much memory and construction time as a triangle. A million takes 40
+ * MB and 0.6 to 1 s of one core; a million pieces of rods takes 55 MB and 1.5 s. */
 #define PIECES_MOST (UINT64_C(1) << 20)
 
 static uint64_t pieces_bound(uint64_t slivers)

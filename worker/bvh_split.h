@@ -73,6 +73,7 @@ struct whole {
     struct crew *crew; /* threads that process large ranges together; may be NULL */
 };
 
+/* An empty range whose items are to begin at index `first`. */
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
 /* Adds the items of another range, which directly follow those of the first one. */
@@ -101,6 +102,7 @@ static inline float open_above(float max)
     return max < FLT_MAX ? max : INFINITY;
 }
 
+/* Returns the cheapest object split; its cost is infinite if all centres coincide. */
 struct split find_object_split(const struct whole *whole, const struct range *range);
 
 /* Returns the cheapest spatial split, or *split if none is cheaper. */
