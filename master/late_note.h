@@ -1,4 +1,4 @@
-/* A message to the user that is printed if an operation takes longer than expected, while it is still running. */
+/* A message that is printed if an operation takes longer than expected, while it is still running. */
 #ifndef FARM_MASTER_LATE_NOTE_H
 #define FARM_MASTER_LATE_NOTE_H
 
@@ -8,19 +8,18 @@
 struct late_note {
     const char *text;
     double seconds;
-    pthread_t thread; /* sleeps until the note is due or the operation has ended */
+    pthread_t thread; /* sleeps until the note is due or the operation is over */
     pthread_mutex_t lock;
     pthread_cond_t ended;
-    bool is_over;    /* the operation has ended; protected by lock */
+    bool is_over;    /* protected by lock */
     bool is_started; /* false: there is no thread, and nothing will be printed */
 };
 
-/* Starts the operation: if it has not ended after this many seconds, the text is printed. The text stays the
- * caller's and must be valid until late_note_end(). Both functions are called by the same thread, and *note must not
- * be moved in between. */
+/* If the operation has not ended after this many seconds, the text is printed. It stays the caller's, and valid
+ * until late_note_end(). Both are called by one thread, and *note must not be moved in between. */
 void late_note_start(struct late_note *note, const char *text, double seconds);
 
-/* Ends the operation and frees the resources of the note. After this the note is not printed. */
+/* Ends the operation: the text is not printed from here on. */
 void late_note_end(struct late_note *note);
 
 #endif

@@ -17,7 +17,7 @@
 /* Spatial splits may add one piece for this many triangles. */
 #define PIECES_SHARE 4
 
-/* Bytes after the last leaf, as a load of a row of struct bvh_corners always reads eight places. */
+/* Bytes after the last leaf: a load of a row of places always loads eight. */
 #define ROW_END (BVH_WIDTH * sizeof(uint16_t))
 
 /* ---- memory ---- */
@@ -61,8 +61,8 @@ static size_t leaf_bytes_bound(const struct scene *scene)
     return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
 }
 
-/* The bytes that a tree takes besides its nodes and leaves: its header, one more node as bounds on the number of
- * nodes are rounded down, ROW_END and alignment. */
+/* What a tree takes besides its nodes and leaves: a header, one node more as bounds on nodes are rounded down,
+ * ROW_END and alignment. */
 #define TREE_OVERHEAD (2 * BVH_ALIGNMENT + sizeof(struct bvh_node) + 2 * BVH_ALIGNMENT)
 _Static_assert(sizeof(struct bvh) <= 2 * BVH_ALIGNMENT && ROW_END <= BVH_ALIGNMENT,
                "TREE_OVERHEAD");
@@ -80,11 +80,11 @@ size_t bvh_bytes_bound(const struct scene *scene)
 
 /* ---- primitives ---- */
 
-/* A part of the primitives, ROUND_ITEMS of them or fewer in the last part, that one thread processes. */
+/* Up to ROUND_ITEMS primitives, which one thread processes. */
 struct part {
-    uint32_t count; /* number of items of its primitives in this tree */
-    uint32_t uncut; /* triangles in this tree that have not been cut into pieces yet */
-    uint32_t first; /* its first item */
+    uint32_t count; /* items of those in the tree */
+    uint32_t uncut; /* triangles in the tree that are not cut yet */
+    uint32_t first; /* index of its first item */
     struct range range;
 };
 
@@ -145,7 +145,7 @@ static uint32_t cut_rod(const struct whole *whole, struct item *item, unsigned h
     return count;
 }
 
-/* Replaces a primitive's item by its pieces, for which there must be room; returns their number. */
+/* Replaces an item by its pieces, for which there must be room; returns their number. */
 static uint32_t cut(const struct whole *whole, struct item *item, unsigned halvings)
 {
     return is_triangle(item->id) ? halve_triangle(whole, item, halvings)
@@ -158,8 +158,7 @@ static INLINED unsigned halvings_of(const struct collection *all, uint64_t index
     return halvings ? halvings[index] : 0;
 }
 
-/* Cuts the primitive only to count its pieces: the first item of the next part must be known before items are
- * stored. */
+/* Cuts only to count the pieces: where the next part's items begin must be known before any are stored. */
 static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
                                  uint32_t id)
 {
@@ -232,7 +231,7 @@ static void write_bounds(struct bvh *bvh, const struct extent *extent)
     bvh->size = bvh->reach + center;
 }
 
-/* Initializes an empty tree, which is also the tree of a scene without bounded primitives. */
+/* An empty tree: the initial state, and the final one if nothing is bounded. */
 static struct bvh *empty_tree(const struct scene *scene, void *memory)
 {
     struct bvh *bvh = memory;
@@ -257,7 +256,7 @@ static size_t build_tree(const struct whole *whole, const struct bvh_trees *tree
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
     size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, BVH_ALIGNMENT);
-    /* The gaps are cleared, too, so that the same scene gives the same bytes. */
+    /* Gaps, too: the same scene gives the same bytes. */
     memset((char *)leaves + leaf_bytes, 0, end - bvh->leaves_offset - leaf_bytes);
     return end;
 }
@@ -318,7 +317,7 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
 {
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
-    /* so that the weight of a struct range does not overflow */
+    /* the limit of a range: struct range */
     if (weight_bound(scene) > UINT32_MAX) fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct bvh_trees trees;

@@ -1,8 +1,7 @@
 /*
- * A bounding volume hierarchy (BVH) over the bounded primitives of a scene. A node has up to eight children, so that a
- * ray is intersected with all their boxes at once in SIMD. Like the scene block, the hierarchy is one block of memory
- * with indices instead of pointers, so that all ranks of a compute node share one copy. The same scene gives the same
- * bytes on every machine.
+ * A bounding volume hierarchy (BVH) over the bounded primitives of a scene. A node has up to eight children, whose
+ * boxes a ray tests at once in SIMD. Like the scene block it is one block of memory with indices instead of pointers,
+ * so that the ranks of a compute node share one copy. The same scene gives the same bytes on every machine.
  */
 #ifndef FARM_WORKER_BVH_H
 #define FARM_WORKER_BVH_H
@@ -38,8 +37,7 @@ _Static_assert(sizeof(struct bvh_node) == 256, "four cache lines");
  */
 struct bvh_leaf {
     uint32_t id : 31;
-    /* 1: the material of the primitive transmits light. Stored here for shadow rays, which need no other property of
-     * an opaque blocker. */
+    /* 1: its material transmits light; here for shadow rays, which need nothing else of an opaque primitive */
     uint32_t transparent : 1;
 };
 
@@ -68,10 +66,9 @@ struct bvh_corners {
 #define BVH_STACK     ((BVH_WIDTH - 1) * BVH_MAX_DEPTH + 1)
 
 /*
- * A tree: this header is followed by its nodes and leaves. Floats relative to the centre of most of a scene are too
- * coarse for some clusters of small primitives. These get further trees with centres of their own, which are stored
- * after the first tree in the same block; see worker/bvh_trees.h. A ray is traced, in any order, through the trees
- * whose boxes it meets; see worker/several.h.
+ * A tree. Some clusters are too fine for floats relative to the centre of most of a scene. They are in further trees
+ * with centres of their own, which follow the first one in the same block; see worker/bvh_trees.h. A ray is traced, in
+ * any order, through the trees whose boxes it meets; see worker/several.h.
  */
 struct bvh {
     uint64_t bytes; /* first tree only: bytes in use by all trees together */
@@ -80,13 +77,11 @@ struct bvh {
     uint64_t transparent;   /* 1: some material of the scene transmits light; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
-    /* Origin of the tree's coordinates. In the first tree it is 0 unless most of the scene is small and far from the
-     * origin: the spacing of floats is 64 at 1e9. */
+    /* 0 in the first tree unless most of the scene is small and far from the origin: a float's spacing is 64 at 1e9. */
     double center[3];
     float min[3], max[3]; /* box of the root, relative to the centre as in a node */
     double reach;         /* largest absolute coordinate of min and max */
-    /* reach plus the centre's largest absolute coordinate. No absolute coordinate of the tree's primitives is
-     * larger, except by rounding. */
+    /* reach plus the centre's largest absolute coordinate: no coordinate of a primitive is larger except by rounding */
     double size;
     /* bytes from the start of this tree to that of the next one; 0: this is the last */
     uint64_t next_offset;
@@ -99,10 +94,9 @@ static inline const struct bvh *bvh_next(const struct bvh *bvh)
 }
 
 /*
- * Returns the boxes of all trees, so that a ray only has to be prepared for the trees whose boxes it meets. NULL: there
- * is only one tree. The boxes are stored as a struct bvh whose nodes are a flat array, with no node above the others.
- * leaf_count is the number of boxes. The child of a box is the offset of its tree from the first tree, in units of
- * BVH_ALIGNMENT, and its count is 1.
+ * The boxes of all trees, so that a ray is prepared only for the trees whose boxes it meets; NULL: there is one tree.
+ * They are stored as a tree whose nodes are a flat array; leaf_count is their number. The child of a box is the offset
+ * of its tree from the first one, in units of BVH_ALIGNMENT; its count is 1.
  */
 static inline const struct bvh *bvh_boxes(const struct bvh *first)
 {
@@ -134,8 +128,7 @@ static inline struct node_planes node_planes_of(unsigned axis, bool down)
 /* The leaf entry of any primitive, planes included. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 
-/* The quantized vertices of a leaf with `count` entries, directly after these. Valid only if the first entry is a
- * triangle. */
+/* The vertices of a leaf with `count` entries, if the first of these is a triangle. */
 static inline const struct bvh_corners *bvh_corners(const struct bvh_leaf *leaves, uint32_t count)
 {
     return (const void *)(leaves + count);
@@ -148,13 +141,12 @@ static inline uint32_t corner_entries(uint32_t triangles)
     return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
 }
 
-/* Upper bound on the memory that bvh_build() needs for this scene, in bytes; a multiple of 64. */
+/* Upper bound on the bytes that bvh_build() needs for this scene; a multiple of 64. */
 size_t bvh_bytes_bound(const struct scene *scene);
 
-/* Builds the BVH of a scene into memory of bvh_bytes_bound() bytes, aligned to 64, which stays the caller's. Uses at
- * most the given number of threads (>= 1, the calling one included), which does not affect the resulting bytes.
- * Fatal if the total weight (struct range) of all primitives and of the pieces that they may be cut into exceeds
- * UINT32_MAX, or if the leaves of a tree with their vertices take more than UINT32_MAX entries. */
+/* Builds into memory of bvh_bytes_bound() bytes, aligned to 64, with at most this many threads (>= 1, the calling
+ * one included), which do not affect the bytes. Fatal if the weight (struct range) of all primitives and possible
+ * pieces exceeds UINT32_MAX, or the leaves of a tree, vertices included, take more entries than that. */
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads);
 
 #endif

@@ -1,5 +1,4 @@
-/* A hash table that counts boxes by the grid cube that their centre lies in; finds out where many boxes crowd
- * together. */
+/* Counts boxes by the grid cubes that their centres lie in, to find where they are crowded. */
 #ifndef FARM_WORKER_BVH_CUBES_H
 #define FARM_WORKER_BVH_CUBES_H
 
@@ -16,15 +15,15 @@ struct cubes {
     uint32_t mask;
 };
 
-/* The cube of a regular grid that a box's centre lies in. The edges of the cubes are 2^exponent long. `center` is in
- * the middle of a cube, not on a border, as many scenes are centred at the origin. */
+/* The cube of a regular grid that the centre of a box lies in. Its edges are 2^exponent long. `center` is in the
+ * middle of a cube, as many scenes are centred at the origin. */
 struct cube {
     const struct bounds *box;
     const double *center; /* [3] */
     int exponent;
 };
 
-/* The cube for a box in the grid whose edge is greater than the largest extent of the box, by a factor of up to 2. */
+/* The cube with edges longer than the largest extent of the box, by a factor of up to 2. */
 static inline struct cube cube_around(const struct bounds *box, const double center[3])
 {
     struct cube cube = {box, center, 0};
@@ -32,10 +31,8 @@ static inline struct cube cube_around(const struct bounds *box, const double cen
     return cube;
 }
 
-/* Creates counters, all 0, for counting this number of boxes; to be freed with cubes_free(). Two cubes may share a
- * counter. This is rare, as there are at least four counters for each box. */
+/* Counters for this many boxes, at least four for each: two cubes may share one. */
 struct cubes cubes_for(uint32_t boxes);
-/* Counts a box in its cube. */
 void cubes_count(struct cubes *cubes, struct cube cube);
 /* The number of boxes counted in this cube; UINT16_MAX at most. */
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube);

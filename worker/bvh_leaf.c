@@ -29,8 +29,8 @@ static double corner_place(const struct corner_reader *reader, uint32_t i, unsig
 }
 
 /*
- * find_unit() returns the unit of struct bvh_corners: the power of two with which all places are at most PLACE_MAX, all
- * coordinates are at most COORDINATE_MAX units, and the inverse is a normal float. 0: there is none.
+ * The unit: a power of two with which places are at most PLACE_MAX, coordinates at most COORDINATE_MAX units, and the
+ * inverse is a normal float; 0: there is none.
  */
 #define PLACE_MAX      65534.0
 #define COORDINATE_MAX 0x1p40

@@ -5,19 +5,18 @@
 #include "worker/bvh.h"
 #include "worker/bvh_split.h"
 
-/* Writes the quantized vertices (struct bvh_corners) of a leaf after its `count` entries. Returns the size of what
- * it wrote, as a number of entries; 0 if the leaf has no triangles. */
+/* Writes the vertices (struct bvh_corners) of a leaf after its `count` entries; returns their size, as a number of
+ * entries. */
 uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
                            struct bvh_leaf *leaves, uint32_t count);
 
-/* The number of entries of all leaves, and the room that the leaves take, quantized vertices included, as a number
- * of entries. */
+/* Entries of all leaves, and the size of the leaves with their vertices, as a number of entries. */
 struct leaf_room {
     uint64_t entries, room;
 };
 
-/* Writes the leaves of bvh_build_nodes(), in the order of their nodes, and stores their positions in these nodes.
- * Pieces of the same primitive become one entry of a leaf. Fatal if the leaves take more than UINT32_MAX entries. */
+/* Writes the leaves of bvh_build_nodes() in the order of their nodes, which get their positions. Pieces of the same
+ * primitive become one entry of a leaf. Fatal if the leaves take more than UINT32_MAX entries. */
 struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
                                   uint32_t node_count, struct bvh_leaf *leaves);
 

@@ -7,13 +7,12 @@
 #include "common/message.h"
 #include "worker/exact.h"
 
-/* The cost of visiting a node, with the tests of its eight boxes; in the same unit as LEAF_COST. */
+/* The cost of visiting a node, with its eight box tests; see LEAF_COST. */
 #define STEP_COST 1.0
 
 /*
- * Finding a spatial split takes longer than finding an object split. So it is only tried where the intersection of the
- * two sides of the best object split has more than OVERLAP of the area of the range, and more than OVERLAP_OF_ROOT of
- * the area of the root, so that it matters to rays.
+ * A spatial split, which takes longer to find, is tried where the two sides of the best object split overlap in more
+ * than OVERLAP of the area of the range, and OVERLAP_OF_ROOT of that of the root, so that it matters to rays.
  */
 #define OVERLAP         0.1
 #define OVERLAP_OF_ROOT 1e-3
@@ -36,7 +35,7 @@ struct subtree {
     uint32_t first; /* index of its root in the whole tree */
 };
 
-/* The state of the construction of the top of the tree, or of a subtree. */
+/* The construction of the top of the tree, or of a subtree. */
 struct build {
     struct whole whole;
     struct bvh_node *nodes;
@@ -52,7 +51,7 @@ struct build {
 /* A child of the node that is being built. */
 struct child {
     struct range range;
-    struct split split; /* valid if the child may be a leaf and has more than one item */
+    struct split split; /* set if it may be a leaf of several items */
     /* cost saved if the child is divided; not positive: it is better left alone */
     double gain;
 };
@@ -95,8 +94,8 @@ static unsigned halving_depth(uint32_t count)
     return depth;
 }
 
-/* The child whose division gains most; of equal ones that with the most items. -1: none should be divided. halving:
- * only children that cannot be leaves are divided, those with the most items first. */
+/* The child whose division gains most, of equal ones that with the most items; -1: none. halving: only children that
+ * cannot be leaves are divided. */
 static int choose_child(const struct child children[BVH_WIDTH], unsigned count, bool halving)
 {
     int best = -1;
@@ -114,9 +113,8 @@ static int choose_child(const struct child children[BVH_WIDTH], unsigned count, 
     return best;
 }
 
-/* Divides a range until there are BVH_WIDTH children, or until all children are leaves that are better left alone.
- * Returns the number of children. If the tree might become deeper than BVH_MAX_DEPTH otherwise, ranges are only
- * halved. */
+/* Divides a range until there are BVH_WIDTH children, or only leaves that are best left alone; returns their number.
+ * Ranges are only halved where the tree might otherwise exceed BVH_MAX_DEPTH. */
 static unsigned find_children(struct build *build, const struct range *range, unsigned depth,
                               struct child children[BVH_WIDTH])
 {
@@ -226,7 +224,7 @@ static void move_subtree(void *context, uint32_t round)
     free(subtree->nodes);
 }
 
-/* Assigns places to the subtrees, after the nodes of the top, and links them to their parents. */
+/* Places the subtrees after the nodes of the top. */
 static void place_subtrees(struct build *top)
 {
     for (uint32_t i = 0; i < top->subtree_count; i++) {

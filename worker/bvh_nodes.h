@@ -13,13 +13,11 @@ _Static_assert(LEAF_WEIGHT_MAX >= BVH_WIDTH, "bvh_nodes_bound()");
 #define SUBTREE_ITEMS 4096u
 
 /*
- * Upper bound on the number of nodes over items of this total weight. The weight includes the pieces of triangles that
- * there is room for, at 1 each.
- *
- * A node either has eight children, or all of its children are leaves and its weight is more than LEAF_WEIGHT_MAX,
- * unless it is the only node. Let there be n nodes of the first sort, m of the second, and `leaves` leaves below the
- * first sort. The children of the first sort are 8 n = n + m - 1 + leaves. The weight is at least leaves + 9 m, as
- * LEAF_WEIGHT_MAX is no less than 8. So n + m is largest for m = 0, where it is a seventh of the weight.
+ * Upper bound on the nodes over items of this weight, which includes the pieces of triangles that there is room for, at
+ * 1 each. A node either has eight children, or all of them are leaves and it holds more than LEAF_WEIGHT_MAX in weight,
+ * unless it is the only one. With n nodes of the first sort, m of the second, and `leaves` leaves below the first, 8 n
+ * = n + m - 1 + leaves. The weight is at least leaves + 9 m, as LEAF_WEIGHT_MAX is no less than 8. So n + m is largest
+ * for m = 0: a seventh of the weight.
  */
 static inline uint64_t bvh_nodes_bound(uint64_t weight)
 {

@@ -38,10 +38,10 @@ static void count_rod(struct rods *rods, uint32_t i)
     }
 }
 
-/* A rod belongs to a bundle if a ray along it may meet more than ALONG times as many pieces, of any rods, as it
- * would meet rods if all were whole. With 2 a bundle seen from its end takes up to twice as long to render, and a
- * third of the time if seen from the side. With 3 it takes 3 times as long from its end. With 1 a mat of rods and
- * half of a lattice are left whole, which then take 1.7 and 1.3 times as long. */
+/* A ray along a rod in a bundle may meet more than this many times as many pieces, of any rods, as it would meet
+ * rods if all were whole. With 2 a bundle takes up to twice as long seen from its end, and a third of the time from
+ * the side. With 3 it takes 3 times as long from its end. With 1 a mat of rods and half of a lattice are left whole,
+ * which then take 1.7 and 1.3 times as long. */
 #define ALONG 2
 
 static bool is_in_bundle(const struct rods *rods, uint32_t i)

@@ -8,8 +8,8 @@
 #include "common/scene.h"
 #include "worker/bvh_trees.h"
 
-/* The ratio of the area of a rod's box to the area of the box that the same rod would have if it lay along an axis.
- * May be NaN where products of the sizes overflow or underflow. */
+/* The area of a rod's box divided by that of the box which the same rod would have along an axis. NaN where products
+ * of the sizes overflow or underflow. */
 double rod_waste(const struct cone *cone);
 
 /*

@@ -11,8 +11,8 @@
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
-/* The most pieces that are added. Each takes as much memory and construction time as a triangle. A million takes 40
- * MB and 0.6 to 1 s of one core; a million pieces of rods takes 55 MB and 1.5 s. */
+/* Each takes as much memory and time to build as a triangle: a million takes 40 MB and 0.6 to 1 s of one core; of
+ * rods 55 MB and 1.5 s. */
 #define PIECES_MOST (UINT64_C(1) << 20)
 
 static uint64_t pieces_bound(uint64_t slivers)
@@ -78,7 +78,7 @@ static void search_part(void *context, uint32_t round)
     }
 }
 
-/* Sets the halvings of all primitives, each considered on its own. Returns the number of slivers. */
+/* Considers each primitive on its own. Returns the number of slivers. */
 static uint32_t find_slivers(const struct scene *scene, struct crew *crew, uint8_t *halvings)
 {
     uint32_t rounds = divide_up((uint32_t)bounded_count(scene), ROUND_ITEMS), found = 0;
@@ -99,7 +99,7 @@ static struct cube cube_of(const struct scene *scene, const struct bvh_trees *tr
     return cube_around(box, center_of_bounded(trees, i));
 }
 
-/* Leaves slivers whole that are not crowded: a sliver on its own only costs a ray one more test. */
+/* A sliver that is not crowded costs a ray only one more test. */
 static void keep_crowded(const struct scene *scene, const struct bvh_trees *trees, uint32_t found,
                          uint8_t *halvings)
 {
@@ -116,10 +116,10 @@ static void keep_crowded(const struct scene *scene, const struct bvh_trees *tree
 
 /* ---- what pieces are worth ---- */
 
-/* The least area of a box or a piece that is halved, as a share of the area of the box around all crowds of the
- * tree: few rays come near a smaller one. With 2^-8 building and rendering the seven scenes (640 x 480, 4 samples)
- * takes 17 % longer. With 2^-12 it takes the same time, but there are twice as many pieces, at the expense of hair
- * and of small pipes around a large mesh. */
+/* The least area of a box or piece that is halved, as a share of the area of the box around the tree's crowds: few
+ * rays come near a smaller one. Building and rendering those seven scenes (640 x 480, 4 samples) takes 17 % longer
+ * with 2^-8; with 2^-12 the same, but twice the pieces, at the expense of hair and of small pipes around a large
+ * mesh. */
 #define WORTH 0x1p-10
 
 /* Finds the areas of the boxes around the crowds of each tree. */
@@ -139,8 +139,7 @@ static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
         areas[tree] = bounds_area(&boxes[tree]);
 }
 
-/* The most halvings of a box with this share of the area of the crowds: each halving leaves pieces with a quarter of
- * the area. */
+/* At most this many: each halving leaves pieces with a quarter of the area. */
 static uint8_t halvings_worth(double share)
 {
     if (!(share >= WORTH)) return 0; /* includes NaN, as areas may be infinite */
@@ -161,7 +160,7 @@ static void leave_small_pieces(const struct scene *scene, const struct bvh_trees
     }
 }
 
-/* The largest limit on halvings with which the number of pieces stays within sliver_pieces_bound(). */
+/* The largest limit on halvings that keeps the pieces within their bound. */
 static uint8_t most_halvings(const struct scene *scene, const uint8_t *halvings)
 {
     uint32_t all = (uint32_t)bounded_count(scene), counts[HALVINGS_MAX + 1] = {0};
@@ -169,7 +168,7 @@ static uint8_t most_halvings(const struct scene *scene, const uint8_t *halvings)
         counts[halvings[i]]++;
     uint64_t rest = sliver_pieces_bound(scene), slivers = all;
     for (uint8_t most = 0; most < HALVINGS_MAX; most++) {
-        /* primitives that are halved more than `most` times; the next halving adds `more` pieces */
+        /* those that are halved more often; the next halving adds `more` pieces */
         slivers -= counts[most];
         uint64_t more = slivers << most;
         if (more > rest) return most;

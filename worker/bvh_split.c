@@ -30,14 +30,13 @@ float round_up(double x)
 
 static inline struct extent item_extent(const struct item *item)
 {
-    struct extent extent; /* loads four floats; the last one is the struct member that follows */
+    struct extent extent; /* of four floats: the last one is the member that follows */
     memcpy(&extent.min, (const char *)item + offsetof(struct item, min), sizeof extent.min);
     memcpy(&extent.max, (const char *)item + offsetof(struct item, max), sizeof extent.max);
     return extent;
 }
 
-/* Half the centre, as the centre itself may overflow. The last lane, which holds an id or a weight, is cleared:
- * arithmetic with it as a float may be slow. */
+/* Half the centre, which cannot overflow. The last lane would be an id or a weight, which may be slow as a float. */
 static inline float4 half_center(const struct extent *extent)
 {
     typedef uint32_t mask4 __attribute__((vector_size(16)));
@@ -82,8 +81,7 @@ void range_append(struct range *range, const struct range *more)
 #define BINS_MAX 16
 #define BINS_FEW 8
 
-/* The bins of one axis: the bounds of what is in each, and the weights of the items that begin in it and that end in
- * it. */
+/* One axis. begin, end: weights of the items that begin and of those that end in a bin. */
 struct bins {
     struct extent extent[BINS_MAX];
     uint32_t begin[BINS_MAX], end[BINS_MAX];
@@ -95,8 +93,8 @@ struct binning {
     struct bins axes[3];
 };
 
-/* Makes empty bins. A coordinate x on an axis is at place (x - low) * scale, counted in bins from 0 to count. The
- * scale is 0 on an axis on which [low, high] is a point, or so short that its inverse overflows. */
+/* Empty bins. Places on an axis, (x - low) * scale, are 0 .. count, in bins. The scale is 0 where [low, high] is a
+ * point, or so short that its inverse overflows. */
 static void place_bins(struct binning *binning, uint32_t items, float4 low, float4 high)
 {
     binning->count = items <= 2 * BINS_FEW ? BINS_FEW : BINS_MAX;
@@ -134,7 +132,7 @@ static void bin_by_center(const struct whole *whole, struct binning *binning, ui
 typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
                        uint32_t end);
 
-/* The separate bins that the members of a crew fill, one set for the items of each round. */
+/* Separate bins for the items of each round of a crew. */
 struct bin_parts {
     const struct whole *whole;
     uint32_t begin, end;
@@ -150,8 +148,7 @@ static void bin_part(void *context, uint32_t round)
     all->bin(all->whole, &all->parts[round], begin, end);
 }
 
-/* Adds the contents of bins to others. These are minima, maxima and sums of integers, so the result does not depend
- * on the order. */
+/* Adds minima, maxima and sums of integers: the result does not depend on the order. */
 static void add_bins(struct binning *binning, const struct binning *more)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -184,14 +181,13 @@ static void bin_range(const struct whole *whole, struct binning *binning, const 
     free(all.parts);
 }
 
-/* The cheapest border between bins: the end of bin `last`. The cost is infinite if there is none. */
+/* The cheapest border, the end of bin `last`; cost is infinite if there is none. */
 struct border {
     unsigned last;
     double cost, overlap;
 };
 
-/* Evaluates the borders between the bins of one axis. A sweep from the right computes the costs of the right sides,
- * then one from the left adds those of the left sides. */
+/* Costs of the right sides are computed in a sweep from the right, those of the left in one from the left. */
 static struct border sweep_bins(const struct bins *bins, const uint32_t *right_weights,
                                 unsigned count)
 {
@@ -241,14 +237,14 @@ struct split find_object_split(const struct whole *whole, const struct range *ra
 
 /* ---- pieces of triangles ---- */
 
-/* The vertices of a triangle, relative to the tree's centre: as they are, and as boxes rounded outward. */
+/* A triangle's vertices relative to the tree's centre, and their boxes, rounded outward. */
 struct corners {
     double at[3][3];
     struct extent rounded[3];
 };
 
-/* A box around a point: rounded outward by at least half of a float's spacing, which is at most 2^-23 of the
- * coordinate, and by at most two spacings. */
+/* Rounds outward, by at least half of a float's spacing, which is at most 2^-23 of the coordinate, and by at most
+ * two. */
 static inline struct extent round_outward(const double point[3])
 {
     const float4 top = all4(FLT_MAX), x = {(float)point[0], (float)point[1], (float)point[2], 0};
@@ -269,8 +265,8 @@ static struct corners corners_of(const struct whole *whole, uint32_t id)
     return corners;
 }
 
-/* The box of the point where an edge crosses the plane, with an error within 4 u of the coordinates, which is less
- * than TEST_ERROR allows for. here and there are the signed distances of p and q from the plane; their signs differ. */
+/* The box of the point where an edge crosses the plane: within 4 u of the coordinates, less than TEST_ERROR allows
+ * for. here, there: signed distances of p and q from the plane, of different signs. */
 static struct extent edge_crossing(const double p[3], const double q[3], double here, double there)
 {
     double share = here / (here - there), point[3];
@@ -305,7 +301,7 @@ static float border_at(const struct binning *binning, unsigned axis, unsigned bi
     return binning->low[axis] + (float)bin / binning->scale[axis];
 }
 
-/* Cuts a triangle at the borders between bins first .. last, and adds the pieces to these bins. */
+/* Cuts a triangle at the borders of the bins first .. last and adds the pieces to them. */
 static void bin_pieces(const struct corners *corners, struct binning *binning, unsigned axis,
                        const struct extent *extent, unsigned first, unsigned last)
 {
@@ -412,7 +408,7 @@ static unsigned longest_axis(const struct item *item)
     return longest;
 }
 
-/* Cuts an item: it becomes the left part, *right the right one. false: one side is empty, and nothing changes. */
+/* The item becomes its left part; false: one side is empty, and nothing changes. */
 static bool cut_item(const struct corners *corners, struct item *item, unsigned axis, float plane,
                      struct item *right)
 {
@@ -437,8 +433,8 @@ uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned h
     return end;
 }
 
-/* Cuts the triangles across the plane in two as long as there is room; the right parts are added after the items of
- * the range. Returns the number of items, right parts included. */
+/* Cuts the triangles across the plane in two as long as there is room; the right parts are added at the end. Returns
+ * the number of items then. */
 static uint32_t cut_items(const struct whole *whole, const struct range *range,
                           const struct split *split)
 {
@@ -454,8 +450,8 @@ static uint32_t cut_items(const struct whole *whole, const struct range *range,
     return end - range->first;
 }
 
-/* Divides the room between both sides in proportion to the number of their items. The items on the right move up to
- * leave room after those on the left. */
+/* Divides the room in proportion to the numbers of items. Those on the right move up to make room for those on the
+ * left. */
 static void share_room(struct item *items, uint32_t room, struct range *left, struct range *right)
 {
     uint64_t count = (uint64_t)left->count + right->count;

@@ -17,9 +17,9 @@
 #include "worker/extent.h"
 
 /*
- * The box of a primitive, or of a piece of a triangle or a rod, during construction; relative to the tree's centre.
- * Items themselves are moved, not indices of them, so that memory is read in order. Coordinates are finite: values
- * beyond the range of float are stored as -FLT_MAX or FLT_MAX, so that no computation here yields infinity or NaN.
+ * The box of a primitive, or of a piece of a triangle or rod, during construction, relative to the tree's centre. Items
+ * are moved, not indices of them, to read memory in order. Coordinates are finite: -FLT_MAX and FLT_MAX also stand for
+ * values beyond them, so that nothing here becomes infinite or NaN.
  */
 struct item {
     float min[3];
@@ -29,32 +29,31 @@ struct item {
 };
 
 /*
- * PACK triangles of a leaf count as one test in the heuristic: a single ray tests eight of them at once, a packet of
- * rays tests them one by one. With 4 the trees of meshes are 9 to 16 % larger, and the nodes that a ray visits are more
- * often not in the cache; with 8 large meshes take 4 to 8 % longer (bench-kernel's garden, rings_mesh). Weights are in
- * units of 1 / PACK of such a test; costs of the heuristic are in units of a whole test.
+ * This many triangles of a leaf count as one test: a single ray tests eight of them at once, a packet of rays tests
+ * them one by one. With 4 the trees of meshes are 9 to 16 % larger and a ray's nodes more often not in the cache; with
+ * 8 large meshes take 4 to 8 % longer (bench-kernel's garden, rings_mesh). Weights are in units of 1 / PACK of such a
+ * test, costs of the heuristic in units of a whole one.
  */
 #define PACK 6u
 
 /* The cost of visiting a leaf, without its tests. */
 #define LEAF_COST 0.5
 
-/* The number of items that one thread processes in one round of a crew's loop. This takes some 0.2 ms, several times
- * as long as waking a thread. */
+/* Items that one thread processes in a round of a crew's loop, in some 0.2 ms: several times as long as waking a
+ * thread. */
 #define ROUND_ITEMS 16384u
 
-/* A range of consecutive items, the room after them, and the sums and bounds of these items. */
+/* Consecutive items, the room after them, and their sums and bounds. */
 struct range {
     uint32_t first, count;
-    uint32_t room; /* number of items that may be added after these */
+    uint32_t room; /* for this many more items */
     uint32_t weight;
     struct extent extent;
     struct extent centers; /* bounds of half the centres of the items' boxes */
 };
 
-/* A way to divide a range. Object split: items with (place - low) * scale < end are on the left, where place is half
- * their centre on the axis. Spatial split: triangles across the plane are cut, then items whose centre is below the
- * plane are on the left. */
+/* Object split: items with (place - low) * scale < end are on the left, where place is half their centre. Spatial
+ * split: triangles across the plane are cut, then items whose centre is below it are on the left. */
 struct split {
     unsigned axis;
     bool spatial;
@@ -65,33 +64,31 @@ struct split {
     double overlap; /* area of the intersection of both sides; spatial split: 0 */
 };
 
-/* The input of the construction of a tree, and the items that it is built from. */
+/* The input and the items of the construction of a tree. */
 struct whole {
     const struct scene *scene;
     const double *center; /* of the tree, [3] */
     struct item *items;
-    struct crew *crew; /* threads that process large ranges together; may be NULL */
+    struct crew *crew; /* processes large ranges together; may be NULL */
 };
 
-/* An empty range whose items are to begin at index `first`. */
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
 /* Adds the items of another range, which directly follow those of the first one. */
 void range_append(struct range *range, const struct range *more);
 
-/* The cost of a leaf with items of this total weight. */
+/* The cost of a leaf of this weight. */
 static inline double cost_of(uint32_t weight)
 {
     uint32_t packs = divide_up(weight, PACK);
     return LEAF_COST + packs;
 }
 
-/* round_down(): x is rounded to the nearest float, and the next lower float is returned, -FLT_MAX at least. The
- * extra step also covers the rounding errors of the bounds. round_up() does the same upward. */
+/* round_down(): one float below the float nearest to x, or -FLT_MAX; this also covers the rounding errors of bounds. */
 float round_down(double x);
 float round_up(double x);
 
-/* -FLT_MAX and FLT_MAX may stand for values beyond them, so they become infinite. */
+/* These floats may stand for values beyond them. */
 static inline float open_below(float min)
 {
     return min > -FLT_MAX ? min : -INFINITY;
@@ -102,20 +99,20 @@ static inline float open_above(float max)
     return max < FLT_MAX ? max : INFINITY;
 }
 
-/* Returns the cheapest object split; its cost is infinite if all centres coincide. */
+/* The cheapest object split; cost is infinite if all centres coincide. */
 struct split find_object_split(const struct whole *whole, const struct range *range);
 
-/* Returns the cheapest spatial split, or *split if none is cheaper. */
+/* The cheapest spatial split, or *split if none is cheaper. */
 struct split find_spatial_split(const struct whole *whole, const struct range *range,
                                 const struct split *split);
 
-/* Divides a range of at least two items, neither side becomes empty. Reorders the items. A spatial split adds pieces
- * as long as there is room. If there is no split (cost is infinite) the range is halved in its present order. */
+/* Reorders the items of a range, and adds pieces as long as there is room; without a split (cost is infinite) halves
+ * the range in its present order. Neither side becomes empty. */
 void split_range(const struct whole *whole, const struct range *range, const struct split *split,
                  struct range *left, struct range *right);
 
-/* Halves a triangle's item the given number of times, each piece across its longest axis. The pieces are stored from
- * `item` on, where there must be room for 2^halvings. Returns their number: 2^halvings, or fewer. */
+/* Halves a triangle's item repeatedly, each piece across its longest axis. There must be room for 2^halvings items
+ * from `item` on. Returns the number of pieces: 2^halvings, or fewer. */
 uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings);
 
 /* Divides a range in the middle, in its present order. */

@@ -54,7 +54,7 @@ static double farthest_from(const struct bounds *box, const double center[3])
     return far;
 }
 
-/* Finds the box around all primitives, and the smallest size above 0 of the box of one. */
+/* The box around all primitives, and the smallest size above 0 of one. */
 struct survey {
     const struct scene *scene;
     struct survey_part {
@@ -96,12 +96,12 @@ static struct survey_part survey_scene(const struct scene *scene, struct crew *c
 
 /* ---- the centre of most ---- */
 
-/* The number of boxes sampled to find the region of most primitives. A region with half of all boxes has 47 to 53 %
- * of the sample (two standard deviations). */
+/* The boxes sampled to find where most are: a region with half of all has 47 to 53 % of the sample (two standard
+ * deviations). */
 #define CENTER_BOXES 1024
 
-/* The index of the i-th of `count` samples out of `all`: i if all are taken, else spread by multiples of the golden
- * ratio, which do not align with the rows of a mesh. */
+/* The index of the i-th of `count` samples: all, or multiples of the golden ratio, which do not align with the rows
+ * of a mesh. */
 static uint64_t spread(uint32_t i, uint32_t count, uint64_t all)
 {
     double turns = 0.6180339887 * i;
@@ -127,7 +127,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts the values and returns their median; of an even number, the larger of the two in the middle. */
+/* Sorts the values; of the two in the middle it returns the larger. */
 static double median_of(double *values, uint32_t count)
 {
     qsort(values, count, sizeof *values, by_size);
@@ -135,20 +135,15 @@ static double median_of(double *values, uint32_t count)
 }
 
 /*
- * The centre of the first tree, for each axis on its own:
- *
- * If the median of the sampled boxes' centres is further from the origin than CENTER_FAR times their median distance
- * from it, it is the centre. An example is a mesh on a ball as large as a planet: all boxes but one are far from the
- * ball's centre, and floats have enough bits either for them or for the ball. Less than half of the boxes may be
- * anywhere else.
- *
- * Otherwise, if the middle of the whole scene is further from the origin than the scene is wide, it is the centre.
- *
- * Otherwise it is 0: a scene at the origin keeps its coordinates, many of which are floats.
+ * The centre of the first tree on an axis is the median of the sampled boxes' centres, if that is further from the
+ * origin than CENTER_FAR times their median distance from it. An example is a mesh on a ball as large as a planet: all
+ * boxes but one are far from the ball's centre, and float has bits for them or for the ball. Less than half of the
+ * boxes may be anywhere else. Otherwise it is the middle of the whole scene, if that is further from the origin than
+ * the scene is wide. Otherwise it is 0: a scene at the origin keeps its coordinates, many of which are floats.
  */
 #define CENTER_FAR 16
 
-/* Returns the centre on one axis. Overwrites the middles, of which there must be at least one. */
+/* Overwrites the middles, of which there must be at least one. */
 static double center_on(const struct bounds *all, unsigned axis, double *middles, uint32_t count)
 {
     double median = median_of(middles, count);
@@ -170,9 +165,9 @@ static void find_center(const struct scene *scene, const struct bounds *all, dou
 
 /* ---- what is too fine ---- */
 
-/* A box is fine if its size times FINE is less than the largest distance of its points from the centre. Outward
- * rounding to float moves each side by up to 1.5 * 2^-23 of the distance, so even the largest fine boxes may grow by
- * three eighths. */
+/* A box is fine if its size times FINE is below the largest distance of its points from the centre. Outward rounding
+ * to float moves each side by up to 1.5 * 2^-23 of the distance, so even the largest fine boxes may grow by three
+ * eighths. */
 #define FINE 0x1p20
 
 static bool is_fine(const struct bounds *box, const double center[3])
@@ -241,7 +236,7 @@ static void keep_crowded(struct fine *fine, const double center[3])
 /* The number of fine boxes whose centres are tried as the centre of a tree. */
 #define CENTERS_TRIED 64
 
-/* Finds the centre of a fine box relative to which the most of the sampled boxes are not fine. */
+/* The centre of a fine box relative to which the fewest sampled boxes are fine. */
 static void find_fine_center(const struct fine *fine, double center[3])
 {
     struct bounds boxes[CENTER_BOXES];
@@ -261,8 +256,8 @@ static void find_fine_center(const struct fine *fine, double center[3])
     }
 }
 
-/* Adds a tree with this centre for the boxes that are not fine relative to it, and removes them from *fine. false:
- * there are too few such boxes, and nothing changes. */
+/* Adds a tree for the boxes that are not fine relative to this centre, and removes them from *fine. false: they are
+ * too few. */
 static bool add_tree(struct fine *fine, const double center[3], struct bvh_trees *trees)
 {
     uint32_t near = 0, kept = 0;

@@ -13,8 +13,8 @@
 #include "common/crew.h"
 #include "common/scene.h"
 
-/* Each additional tree costs another pass over some primitives while the trees are built, and another box test for
- * every ray; eight of these boxes cost as much as one node. */
+/* Each tree costs a pass over some primitives while trees are built, and a box test for every ray; eight boxes cost
+ * as much as one node. */
 #define TREES_MAX 32
 
 struct bvh_trees {
@@ -27,8 +27,7 @@ struct bvh_trees {
 /* The number of bounded primitives, that is all but planes. */
 uint64_t bounded_count(const struct scene *scene);
 
-/* bounded_id(): the id of a bounded primitive, where `index` counts them in order of kind and index.
- * bounded_id_after(): the id of the next one, which must exist. */
+/* The id of a bounded primitive, counted in order of kind and index; and that of the next one, which must exist. */
 uint32_t bounded_id(const struct scene *scene, uint64_t index);
 uint32_t bounded_id_after(const struct scene *scene, uint32_t id);
 
@@ -46,8 +45,8 @@ static inline const double *center_of_bounded(const struct bvh_trees *trees, uin
     return trees->center[tree_of_bounded(trees, index)];
 }
 
-/* Distributes the primitives of a scene, which must have a bounded one, over trees. No tree is empty. The result
- * does not depend on the crew, which may be NULL. *trees is to be freed with bvh_trees_free(). */
+/* For a scene with a bounded primitive. No tree is empty. The result does not depend on the crew, which may be NULL.
+ * *trees: free it with bvh_trees_free(). */
 void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees);
 void bvh_trees_free(struct bvh_trees *trees);
 

@@ -17,8 +17,8 @@
 #include "worker/cone_line.h"
 #include "worker/inlined.h"
 
-/* A cone and a ray with all lengths divided by 2^length and the direction divided by 2^speed, as for a sphere, so
- * that products of six lengths or directions neither overflow nor underflow. Ordinary ones are not scaled. */
+/* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere, unless they are
+ * ordinary: six lengths or directions are multiplied. */
 struct scaled {
     struct cone cone;
     struct vec3 origin, direction;
@@ -43,7 +43,7 @@ static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
     return it;
 }
 
-/* A D of at most this share of |d| |w| is no more than its own error, so it gives no closest approach. */
+/* D is no more than its own error up to this share of |d| |w|, and gives no closest approach. */
 #define PARALLEL 0x1p-98
 
 static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3 F, struct dd3 D)
@@ -191,9 +191,9 @@ static struct interval linear_side(const struct cone_line *line)
 }
 
 /*
- * The interval in which a line is inside the nappe where rho >= 0. If A > 0 the line is less steep than the generators:
- * it is inside between the roots, in one of the nappes, and if that is the other nappe the slab cuts all of it off. A
- * steeper line meets both nappes: of its two half-lines the one that runs towards greater radii is inside.
+ * Inside the nappe where rho >= 0. If A > 0 the line is less steep than the generators and meets one nappe: it is
+ * inside between the roots, and if that is the other nappe the slab cuts all of it off. A steeper line meets both: of
+ * its two half-lines the one that runs towards greater radii is inside.
  */
 static struct interval nappe(const struct cone_line *line, const struct dd roots[2])
 {
@@ -467,9 +467,8 @@ static struct dd span_at(const struct scaled *it, const struct ray *ray, double 
     return dd(rounded);
 }
 
-/* The double-double value of the crossing that was rounded to t. An exit was computed as if the origin were exactly
- * on the side, but it is rounded. So for an exit through the side the later root for the rounded origin is returned,
- * if the two agree within WAY_OUT_ERROR. */
+/* An exit was computed as if the origin were exactly on the side. The later root for the rounded origin replaces it,
+ * if the ray leaves through the side and both agree within WAY_OUT_ERROR. */
 static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
                               uint32_t part, bool leaving)
 {

@@ -20,7 +20,7 @@
 #include "worker/planar.h"
 #include "worker/shape.h"
 
-/* The bounding boxes of the two circles at the ends of a cone. */
+/* The boxes of the two end circles. */
 static inline void cone_end_bounds(const struct cone *cone, struct bounds *at_base,
                                    struct bounds *at_apex)
 {
@@ -46,11 +46,11 @@ static inline struct bounds cone_bounds(const struct cone *cone)
 }
 
 /*
- * The bounding box of a piece of a cone that is divided into `count` pieces of equal length: the box around the boxes
- * of its two end circles. From the base to the apex each side of a circle's box moves linearly, as centre and radius
- * do, so the boxes of the circles in between lie inside. Neighbouring pieces compute the box of their common circle
- * from the same numbers, so rounding opens no gap. It moves sides by at most 5 u of the largest coordinate, in addition
- * to the error of the bounds of the cone; TEST_ERROR (worker/slabs.h) allows for that.
+ * The box of one of `count` pieces of equal length: the box around the boxes of its end circles. Along the axis each
+ * side of a circle's box moves linearly, as centre and radius do, so the boxes of the circles in between lie inside.
+ * Neighbours compute the box of their common circle from the same numbers, so rounding opens no gap. It moves sides by
+ * at most 5 u of the largest coordinate, in addition to the error of the bounds; TEST_ERROR (worker/slabs.h) allows for
+ * that.
  */
 static inline struct bounds cone_piece_bounds(const struct cone *cone, uint32_t piece,
                                               uint32_t count)
@@ -98,7 +98,7 @@ static inline struct cone_sketch cone_sketch(const struct cone *cone, const stru
     return s;
 }
 
-/* Whether products of four of these quantities neither overflow nor underflow. */
+/* Whether products of four of these stay in range. */
 static inline bool cone_sketch_holds(const struct cone_sketch *s)
 {
     double most =
@@ -130,16 +130,15 @@ static inline bool cone_is_left(const struct cone *cone, const struct cone_sketc
     return axial - vec_dot(s->F, s->D) < -error;
 }
 
-/* The same as cone_crossings(), in double-double and exact arithmetic, for when double arithmetic does not decide. */
+/* cone_crossings() in double-double and exact arithmetic, for when double does not decide. */
 struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving, bool any,
                             uint64_t *exact);
 
 /*
- * The crossings where the ray enters and leaves the cone. leaving: the ray starts on this cone, on the part that
- * ray_from_part() gives. If such a ray goes outward, it cannot meet the cone again, as solid and open surface are both
- * convex; if it goes inward, it only meets the exit. Crossings that do not matter for the purpose may be missing. Rays
- * that certainly miss the cone or end before it have been sorted out by the caller: worker/solid_lanes.h. *exact counts
- * the uses of exact arithmetic.
+ * The crossings where the ray enters and leaves. leaving: the ray starts on this cone. If it goes outward it cannot
+ * meet the cone again, as solid and open surface are convex; if it goes inward it only has an exit. Crossings that do
+ * not matter for the purpose are left out. Rays that certainly miss the cone, or do not reach it, have been sorted out
+ * before: worker/solid_lanes.h. *exact counts uses of exact arithmetic.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
                                               bool leaving, const struct purpose *purpose,
@@ -153,8 +152,7 @@ static inline struct crossings cone_crossings(const struct cone *cone, const str
     return cone_roots(cone, ray, leaving, purpose->any, exact);
 }
 
-/* The double-double value of the crossing that cone_crossings() rounded to t, for comparison with those of other
- * primitives; for an exit see sphere_parameter(). */
+/* The double-double value of the crossing that cone_crossings() rounded to t; see sphere_parameter(). */
 struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
                          bool leaving);
 

@@ -1,6 +1,6 @@
 /*
- * The intersection of a line with the side of a cone in double-double: what worker/cone.c, which explains the method,
- * and worker/points.c, which processes many lines at once, have in common.
+ * The intersection of a line with the side of a cone in double-double: what is common to worker/cone.c, which explains
+ * the method, and worker/points.c, for many lines at once.
  */
 #ifndef FARM_WORKER_CONE_LINE_H
 #define FARM_WORKER_CONE_LINE_H
@@ -21,7 +21,7 @@ struct cone_line {
     double speed, speed_error;
 };
 
-/* A product of six lengths or directions within these limits neither overflows nor underflows. */
+/* Products of six lengths or directions between these stay in range. */
 #define CONE_ORDINARY_MIN 0x1p-100
 #define CONE_ORDINARY_MAX 0x1p100
 
@@ -49,17 +49,17 @@ static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
 /* Where |d x w| is at most this share of |d| |w|, its double-double value has too few correct digits. */
 #define CONE_STEEP 0x1p-30
 
-/* The t where |F + t D| is least, that is where the line is closest to the axis; F = f x w, D = d x w. */
+/* The t where |F + t D| is least, closest to the axis; F = f x w, D = d x w. */
 static inline double cone_closest_approach(struct dd3 F, struct dd3 D)
 {
     return -dd3_dot(F, D).high / dd3_dot(D, D).high;
 }
 
 /*
- * Sets the bounds of a line. A component of a cross product of double-double numbers has an error of 2 (5 + 3) u^2 of
- * the product of the lengths. Three components, and the advance by t D with 5 u^2 of each term, have less than 64 u^2
- * in all. rho sqrt(W) has an error of at most 40 u^2 (3 products, 1 division, 2 sums) of its terms, the largest of
- * which are r0 |w| and (r1 - r0) |f|.
+ * A component of a cross product of double-double numbers has an error of 2 (5 + 3) u^2 of the product of the lengths.
+ * Three components, and the advance by t D with 5 u^2 of each term, have less than 64 u^2 in all. rho sqrt(W) has an
+ * error of at most 40 u^2 (3 products, 1 division, 2 sums) of its terms, the largest of which are r0 |w| and (r1 - r0)
+ * |f|.
  */
 static inline void cone_line_bound(struct cone_line *line, double base_radius,
                                    struct vec3 direction)
@@ -94,7 +94,7 @@ static inline struct cone_line cone_line_from(const struct cone *cone, struct ve
     return line;
 }
 
-/* A bound on the error of A, from the bounds of cone_line_bound(); 64 u^2 covers the products and sums of A itself. */
+/* A bound on the error of A; 64 u^2 covers its own products and sums. */
 static inline double cone_A_error(const struct cone_line *line)
 {
     double V = line->speed, error = line->speed_error;
@@ -129,15 +129,14 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
     return (reach + cone->base_radius) / vec_largest(direction);
 }
 
-/* A root is the sum of the parameter of the closest approach and of a root relative to that. For a ray close to the
- * axis' direction this sum has an error of 2^-70 of its terms. A root smaller than this share of the terms is
- * computed without the sum. */
+/* The sum of the closest approach and a root relative to it has an error of 2^-70 of both for a ray close to the
+ * axis' direction. A root smaller than this share of them is computed without the sum. */
 #define CONE_ROOT_CANCELLED 0x1p-10
 
 /*
  * cone_parameter() of a hit on the side, at t with an error of up to `off`, for a ray that does not start on this cone.
- * *sure becomes false unless the cone is ordinary and its two roots are well apart, from each other and from the planes
- * of the caps; the result is valid only if *sure stays true.
+ * Valid if *sure stays true: the cone is ordinary and its two roots are well apart, from each other and from the planes
+ * of the caps.
  */
 static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
                                             double t, double off, bool *sure)
@@ -168,7 +167,7 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
 }
 
-/* The gradient at a point p of the side, which cone_normal() normalizes. *sure becomes false where p is on the axis. */
+/* The gradient at a point p of the side, which cone_normal() normalizes. On the axis *sure becomes false. */
 static inline struct vec3 cone_side_gradient(const struct cone *cone, struct dd3 p, bool *sure)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
