@@ -380,8 +380,8 @@ static void test_extreme_coordinates(void **state)
     assert_true(survey.largest_leaf <= 2); /* solids */
 }
 
-/* The tree over small spheres near (0, height, 0) on a large sphere of radius `height`, and if sun > 0 over another
- * sphere of this radius at sun times the height on two axes. */
+/* Small spheres near (0, height, 0), a large sphere of radius `height`, and if sun > 0 another one of this radius,
+ * sun times as far away on two axes. */
 static struct bvh *tree_on_ball(double height, double sun)
 {
     uint64_t random = 18;
@@ -414,7 +414,7 @@ static void test_center_is_where_most_are(void **state)
     assert_center(tree_on_ball(1, 0), 0, 0, 0);
 }
 
-/* The given number of small spheres around each of some places on a large sphere. */
+/* This many small spheres around each of some places on a large sphere. */
 static struct scene *clusters_on_ball(const struct vec3 *places, unsigned count, unsigned spheres)
 {
     uint64_t random = 19;

@@ -77,7 +77,8 @@ struct bvh {
     uint64_t transparent;   /* 1: some material of the scene transmits light; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
-    /* 0 in the first tree unless most of the scene is small and far from the origin: a float's spacing is 64 at 1e9. */
+    /* Origin of the tree's coordinates; 0 in the first tree unless most of the scene is small and far from the
+     * origin: a float's spacing is 64 at 1e9. */
     double center[3];
     float min[3], max[3]; /* box of the root, relative to the centre as in a node */
     double reach;         /* largest absolute coordinate of min and max */

@@ -18,14 +18,13 @@
 #define OVERLAP_OF_ROOT 1e-3
 
 /*
- * A range of at most SUBTREE_ITEMS items, or at most 1 / SUBTREE_SHARE of all items if that is more, becomes a subtree
- * that one thread builds. This keeps many threads busy, as long as that is worth the effort. Where subtrees begin does
- * not depend on the number of threads, so the same scene gives the same bytes.
+ * A range of at most SUBTREE_ITEMS, or this share of all items if that is more, becomes a subtree that one thread
+ * builds. This keeps many threads busy, as long as that is worth the effort. Where subtrees begin does not depend on
+ * the number of threads, so that the same scene gives the same bytes.
  */
 #define SUBTREE_SHARE 32
 
-/* A subtree. Its root is child `slot` of node `parent`, unless it is the whole tree; depth is that of its root, as
- * in build_node(). */
+/* Its root is child `slot` of node `parent`, or the root of all; depth is that of its root, as in build_node(). */
 struct subtree {
     struct range range;
     uint32_t parent;
@@ -41,7 +40,7 @@ struct build {
     struct bvh_node *nodes;
     uint32_t node_count;
     double area;            /* of the root of the whole tree */
-    uint32_t subtree_items; /* the most items of a subtree; 0: this is a subtree */
+    uint32_t subtree_items; /* at most; 0: this is a subtree */
     struct subtree *subtrees;
     uint32_t subtree_count;
 };
@@ -52,7 +51,7 @@ struct build {
 struct child {
     struct range range;
     struct split split; /* set if it may be a leaf of several items */
-    /* cost saved if the child is divided; not positive: it is better left alone */
+    /* cost saved by dividing it; not positive: it is left alone */
     double gain;
 };
 
@@ -70,8 +69,8 @@ static struct split find_split(const struct build *build, const struct range *ra
     return find_spatial_split(&build->whole, range, &split);
 }
 
-/* Dividing a child that would be an inner node saves a visit of that node. Dividing a child that may be a leaf saves
- * tests, as the node has room for more children. */
+/* Dividing a child that would be an inner node saves a visit of it. Dividing a possible leaf saves tests, as the
+ * node has room for more children. */
 static struct child new_child(const struct build *build, const struct range *range)
 {
     struct child child = {.range = *range, .gain = 0};
@@ -85,7 +84,7 @@ static struct child new_child(const struct build *build, const struct range *ran
     return child;
 }
 
-/* Upper bound on the levels of nodes that halving alone leads to, even with the heaviest items. */
+/* Bound on the levels of nodes that halving leads to, even with the heaviest items. */
 static unsigned halving_depth(uint32_t count)
 {
     unsigned depth = 1;
@@ -167,7 +166,7 @@ static void leave_to_subtree(struct build *build, const struct range *range, uin
         (struct subtree){.range = *range, .parent = parent, .slot = slot, .depth = depth};
 }
 
-/* Fills in a node and all nodes below it. depth is the depth of the node; that of the root is 0. */
+/* Fills in a node and all nodes below it; depth is that of the node, 0 for the root. */
 static void build_node(struct build *build, uint32_t index, const struct range *range,
                        unsigned depth)
 {

@@ -99,7 +99,7 @@ static struct cube cube_of(const struct scene *scene, const struct bvh_trees *tr
     return cube_around(box, center_of_bounded(trees, i));
 }
 
-/* A sliver that is not crowded costs a ray only one more test. */
+/* Leaves slivers whole that are not crowded: such a one costs a ray only one more test. */
 static void keep_crowded(const struct scene *scene, const struct bvh_trees *trees, uint32_t found,
                          uint8_t *halvings)
 {
@@ -139,7 +139,7 @@ static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
         areas[tree] = bounds_area(&boxes[tree]);
 }
 
-/* At most this many: each halving leaves pieces with a quarter of the area. */
+/* The number of halvings that pay off: each leaves pieces with a quarter of the area. */
 static uint8_t halvings_worth(double share)
 {
     if (!(share >= WORTH)) return 0; /* includes NaN, as areas may be infinite */

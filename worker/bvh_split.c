@@ -36,7 +36,8 @@ static inline struct extent item_extent(const struct item *item)
     return extent;
 }
 
-/* Half the centre, which cannot overflow. The last lane would be an id or a weight, which may be slow as a float. */
+/* Half the centre, which cannot overflow. The last lane is cleared: it would be an id or a weight, which may be slow
+ * as a float. */
 static inline float4 half_center(const struct extent *extent)
 {
     typedef uint32_t mask4 __attribute__((vector_size(16)));
@@ -187,7 +188,7 @@ struct border {
     double cost, overlap;
 };
 
-/* Costs of the right sides are computed in a sweep from the right, those of the left in one from the left. */
+/* Evaluates all borders of one axis: costs of right sides in a sweep from the right, of left ones from the left. */
 static struct border sweep_bins(const struct bins *bins, const uint32_t *right_weights,
                                 unsigned count)
 {

@@ -53,12 +53,12 @@ struct range {
 };
 
 /* Object split: items with (place - low) * scale < end are on the left, where place is half their centre. Spatial
- * split: triangles across the plane are cut, then items whose centre is below it are on the left. */
+ * split: triangles across the plane are cut, then items whose centre is below the plane are on the left. */
 struct split {
     unsigned axis;
     bool spatial;
-    float low, scale, end; /* object split only */
-    float plane;           /* spatial split only */
+    float low, scale, end; /* object split */
+    float plane;           /* spatial split */
     /* sum of area * cost_of(weight) over both sides; infinite: all centres coincide */
     double cost;
     double overlap; /* area of the intersection of both sides; spatial split: 0 */

@@ -100,8 +100,8 @@ static struct survey_part survey_scene(const struct scene *scene, struct crew *c
  * deviations). */
 #define CENTER_BOXES 1024
 
-/* The index of the i-th of `count` samples: all, or multiples of the golden ratio, which do not align with the rows
- * of a mesh. */
+/* The index of the i-th of `count` samples: of all, or by multiples of the golden ratio, which do not align with the
+ * rows of a mesh. */
 static uint64_t spread(uint32_t i, uint32_t count, uint64_t all)
 {
     double turns = 0.6180339887 * i;

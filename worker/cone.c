@@ -467,8 +467,8 @@ static struct dd span_at(const struct scaled *it, const struct ray *ray, double 
     return dd(rounded);
 }
 
-/* An exit was computed as if the origin were exactly on the side. The later root for the rounded origin replaces it,
- * if the ray leaves through the side and both agree within WAY_OUT_ERROR. */
+/* The crossing that was rounded to t. An exit was computed as if the origin were exactly on the side. The later root
+ * for the rounded origin replaces it, if the ray leaves through the side and both agree within WAY_OUT_ERROR. */
 static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
                               uint32_t part, bool leaving)
 {
