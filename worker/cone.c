@@ -191,9 +191,9 @@ static struct interval linear_side(const struct cone_line *line)
 }
 
 /*
- * Inside the nappe where rho >= 0. If A > 0 the line is less steep than the generators and meets one nappe: it is
- * inside between the roots, and if that is the other nappe the slab cuts all of it off. A steeper line meets both: of
- * its two half-lines the one that runs towards greater radii is inside.
+ * Inside the nappe where rho >= 0. If A > 0 the angle between line and axis is larger than that of the generators, and
+ * the line meets one nappe: it is inside between the roots, and if that is the other nappe the slab cuts all of it off.
+ * If A < 0 the line meets both: of its two half-lines the one that runs towards greater radii is inside.
  */
 static struct interval nappe(const struct cone_line *line, const struct dd roots[2])
 {

@@ -1,9 +1,9 @@
 /*
  * Intersection of a ray with a cylinder, cone or frustum, open or capped.
  *
- * Let f = o - base, w = apex - base (the axis) and W = w.w. The height of a point p, relative to the base, is s = p.w /
- * W: 0 in the base plane and 1 in the apex plane. There the radius is rho = r0 + (r1 - r0) s. The distance of p from
- * the axis is |p x w| / |w|.
+ * Let f = o - base, w = apex - base (the axis) and W = w.w. A point p, relative to the base, has the height
+ * s = p.w / W: 0 in the base plane and 1 in the apex plane. There the radius is rho = r0 + (r1 - r0) s. The distance
+ * of p from the axis is |p x w| / |w|.
  *
  * Along the ray o + t d the cross product is F + t D, with F = f x w and D = d x w, and the radius is rho0 + t rho1. So
  * the inside of the double, unlimited cone is A t^2 - 2 B t + C <= 0, with
