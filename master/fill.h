@@ -11,11 +11,12 @@
 /*
  * Fills all unknown pixels. known: one byte per pixel of the canvas, rows from the top; 0: not rendered.
  *
- * The pixels of the coarsest lattice (master/lattice.h) are filled first: an unknown one gets the colour of the preview
- * there (preview_between()), or stays as it is if the preview is empty. Then, lattice by lattice, each unknown pixel
- * gets the mean of its nearest neighbours in the next coarser lattice: four of them, or fewer at the borders. Where the
- * blocks of the preview are about as small as the distance of these neighbours, it gets the colour of the preview
- * instead. If all pixels are known the canvas does not change. *preview is completed (preview_complete()).
+ * The pixels of the coarsest lattice (master/lattice.h) are filled first: an unknown one gets the colour of the
+ * preview there (preview_between()), or stays as it is if the preview is empty. Then, lattice by lattice, each unknown
+ * pixel gets the mean of its nearest neighbours in the next coarser lattice: four of them, or fewer at the borders. It
+ * gets the colour of the preview instead where the blocks of the preview are no larger than the distance to these
+ * neighbours, or up to twice that if most of the neighbours are unknown. If all pixels are known the canvas does not
+ * change. *preview is completed (preview_complete()).
  */
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview);
 

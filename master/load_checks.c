@@ -218,7 +218,7 @@ static bool limits_good(const struct loader *loader, const char *config)
         return refuse_setting(loader, config, "sampling", "max_samples",
                               "max_samples is not above min_samples, expected more");
     return refuse_setting(loader, config, "sampling", "min_samples",
-                          "min_samples is not below max_samples, 4096 unless it is set, expected "
+                          "min_samples is not below max_samples, expected "
                           "fewer");
 }
 

@@ -158,7 +158,7 @@ static INLINED unsigned halvings_of(const struct collection *all, uint64_t index
     return halvings ? halvings[index] : 0;
 }
 
-/* Cuts only to count the pieces: where the next part's items begin must be known before any are stored. */
+/* Cuts triangles only to count their pieces: where the next part's items begin must be known before any are stored. */
 static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
                                  uint32_t id)
 {
@@ -166,8 +166,12 @@ static INLINED void count_member(const struct collection *all, struct part *part
     part->uncut += is_triangle(id) && halvings == 0;
     part->count++;
     if (halvings == 0) return;
+    if (!is_triangle(id)) {
+        part->count += (UINT32_C(1) << halvings) - 1;
+        return;
+    }
     struct item pieces[1 << HALVINGS_MAX] = {item_of(all->whole, id)};
-    part->count += cut(all->whole, pieces, halvings) - 1;
+    part->count += halve_triangle(all->whole, pieces, halvings) - 1;
 }
 
 static void count_part(void *context, uint32_t round)

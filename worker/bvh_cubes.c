@@ -10,7 +10,7 @@ struct cubes cubes_for(uint32_t boxes)
     uint32_t mask = 1;
     while (mask < 4 * (uint64_t)boxes && mask < UINT32_MAX / 2)
         mask = 2 * mask + 1;
-    return (struct cubes){allocate_zeroed((size_t)mask + 1, sizeof(uint16_t)), mask};
+    return (struct cubes){allocate_zeroed((size_t)mask + 1, sizeof(uint32_t)), mask};
 }
 
 /* The number of a cube along an axis; 0, the middle one, if it is too far away to be numbered. */
@@ -21,7 +21,7 @@ static int64_t place_of(double distance, int exponent)
 }
 
 /* The counter of a cube: a hash of its position in its grid, and of its size. */
-static uint16_t *counter_of(const struct cubes *cubes, struct cube cube)
+static uint32_t *counter_of(const struct cubes *cubes, struct cube cube)
 {
     uint64_t hash = (uint64_t)(int64_t)cube.exponent;
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -35,8 +35,7 @@ static uint16_t *counter_of(const struct cubes *cubes, struct cube cube)
 
 void cubes_count(struct cubes *cubes, struct cube cube)
 {
-    uint16_t *count = counter_of(cubes, cube);
-    if (*count < UINT16_MAX) ++*count;
+    ++*counter_of(cubes, cube);
 }
 
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube)

@@ -11,7 +11,7 @@
 #define CROWD 16
 
 struct cubes {
-    uint16_t *counts; /* hash table, owned; counters saturate at UINT16_MAX */
+    uint32_t *counts; /* hash table, owned */
     uint32_t mask;
 };
 
@@ -34,7 +34,7 @@ static inline struct cube cube_around(const struct bounds *box, const double cen
 /* Counters for this many boxes, at least four for each: two cubes may share one. */
 struct cubes cubes_for(uint32_t boxes);
 void cubes_count(struct cubes *cubes, struct cube cube);
-/* The number of boxes counted in this cube; UINT16_MAX at most. */
+/* The number of boxes counted in this cube. */
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube);
 void cubes_free(struct cubes *cubes);
 

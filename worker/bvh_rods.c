@@ -39,10 +39,10 @@ static void count_rod(struct rods *rods, uint32_t i)
 }
 
 /* A ray along a rod in a bundle may meet more than this many times as many pieces, of any rods, as it would meet
- * rods if all were whole. With 2 a bundle takes up to twice as long seen from its end, and a third of the time from
- * the side. With 3 it takes 3 times as long from its end. With 1 a mat of rods and half of a lattice are left whole,
- * which then take 1.7 and 1.3 times as long. */
-#define ALONG 2
+ * rods if all were whole. In terms of the time with whole rods, bundles seen from their end take up to 1.2 times
+ * as long with 2, 2.2 with 4 and 4.7 with 8. Of 150,000 nearly parallel rods, of which each can have but a few
+ * pieces, most are left whole with 2: they take 0.72 of that time, with 4 0.18, and with 8 0.11. */
+#define ALONG 4
 
 static bool is_in_bundle(const struct rods *rods, uint32_t i)
 {

@@ -59,9 +59,10 @@ struct tree {
 /*
  * Above this many pending rays the deepest one is taken first, not the most important one. The set then grows
  * by at most one per level, so that memory stays bounded for any scene and any cutoff: with 20 levels by 2048
- * branches, a quarter of a megabyte. The price is ten times the rays and more, as each ray that matters is
- * followed by a dive to max_depth through rays that do not. So few scenes should reach this limit: one glass
- * box has 2 pending rays, two behind each other have 30 to 110, three 330 to 1,700, and four 1,600.
+ * branches, a quarter of a megabyte, and for the trees of a wave by 64 MB. The price is ten times the rays and
+ * more, as each ray that matters is followed by a dive to max_depth through rays that do not. So few scenes
+ * should reach this limit: one glass box has 2 pending rays, two behind each other have 30 to 110, three 330 to
+ * 1,700, and four 1,600.
  */
 #define TREE_BEST_FIRST_MAX 2000
 
