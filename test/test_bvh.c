@@ -597,6 +597,14 @@ static void test_rods_that_stay_whole(void **state)
     assert_int_equal(check_tree(finish_scene(with_rods(2000, 0.2, 0))).entries, 2000);
 }
 
+/* Of very many nearly parallel rods each has but a few pieces, and they are no bundle for that. */
+static void test_many_rods(void **state)
+{
+    (void)state;
+    struct survey survey = check_tree(finish_scene(with_rods(100000, 1.2, 0)));
+    assert_true(survey.entries > 3 * 100000);
+}
+
 /* A rod that fills its box, or runs along an axis, is not cut. */
 static void test_rods_that_fill_their_boxes(void **state)
 {
@@ -810,6 +818,7 @@ int main(void)
         cmocka_unit_test(test_few_slivers),
         cmocka_unit_test(test_rods_are_cut),
         cmocka_unit_test(test_rods_that_stay_whole),
+        cmocka_unit_test(test_many_rods),
         cmocka_unit_test(test_rods_that_fill_their_boxes),
         cmocka_unit_test(test_extreme_rods),
         cmocka_unit_test(test_pieces_count_once),
