@@ -9,6 +9,7 @@
 #include "worker/lanes.h"
 
 _Static_assert(TREE_BLOCK == 2 * LANES, "judge_block()");
+_Static_assert(TREE_ROW == TREE_BLOCK * TREE_BLOCK, "a row is TREE_BLOCK blocks");
 
 void tree_free(struct tree *tree)
 {

@@ -33,7 +33,7 @@ struct tree_key {
  * examining all of them.
  */
 #define TREE_BLOCK 16
-#define TREE_ROW   (TREE_BLOCK * TREE_BLOCK)
+#define TREE_ROW   256
 
 /* Which branch comes first: the most important one, or the deepest one. A tree near TREE_BEST_FIRST_MAX goes
  * back and forth between the two, so summaries keep the first branch of each. */
