@@ -12,14 +12,21 @@
 
 #include "test/report_fixture.h"
 
-static void test_table(void **state)
+/* Renderer 0 has half of the pixels that it would have, renderer 1 the others; renderer 2 is busy half as long. */
+static struct report uneven_report(struct renderer_stats renderers[4])
 {
-    (void)state;
-    struct renderer_stats renderers[4];
     struct report report = sample_report(renderers, 4);
     renderers[0].pixels /= 2;
     renderers[1].pixels += renderers[0].pixels;
     renderers[2].busy_s = 1.5;
+    return report;
+}
+
+static void test_table(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = uneven_report(renderers);
     char *text = table_text(&report, 80);
     assert_has(text, "  rendering           4.000 s   80.0 %  ###################\n");
     assert_has(text, "  writing             0.312 s    6.2 %  ##\n"
@@ -38,11 +45,20 @@ static void test_table(void **state)
     assert_null(strstr(text, "node"));
     assert_null(strstr(text, "CPU"));
     free(text);
-    report.time.total = 8;
+    for (int i = 0; i < 4; i++)
+        renderers[i].counts = (struct render_counts){.rays = {i == 0}};
     text = table_text(&report, 80);
-    assert_has(
-        text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
-    /* All renderers wait while a pass is planned. */
+    assert_has(text, "\n1 ray, ");
+    free(text);
+}
+
+/* All renderers wait while a pass is planned. Planning has no more time than renderers have waited. */
+static void test_table_planning(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = uneven_report(renderers);
+    char *text = table_text(&report, 80);
     assert_null(strstr(text, "planning"));
     free(text);
     report.plan_s = 0.3;
@@ -50,13 +66,27 @@ static void test_table(void **state)
     assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
                      "  waiting             0.200 s    5.0 %  #\n");
     free(text);
-    /* Planning has no more time than renderers have waited. Reading the journal is not counted under `other`, too. */
     report.plan_s = 9;
-    report.resumed.records = 1;
-    report.time.resume = 1;
     text = table_text(&report, 80);
     assert_has(text, "  planning passes     0.500 s   12.5 %  ###\n"
                      "  waiting             0.000 s    0.0 %\n");
+    free(text);
+}
+
+/* What has a row of its own is not counted under `other`, too. */
+static void test_table_other(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = uneven_report(renderers);
+    report.time.total = 8;
+    char *text = table_text(&report, 80);
+    assert_has(
+        text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
+    free(text);
+    report.resumed.records = 1;
+    report.time.resume = 1;
+    text = table_text(&report, 80);
     assert_has(text, "  reading journal     1.000 s   12.5 %  ###\n");
     assert_has(text, "  other               2.000 s   25.0 %  ######\n");
     assert_null(strstr(text, "picture memory"));
@@ -65,11 +95,18 @@ static void test_table(void **state)
     text = table_text(&report, 80);
     assert_has(text, "  picture memory      1.000 s   12.5 %  ###\n");
     assert_has(text, "  other               1.000 s   12.5 %  ###\n");
-    report.resumed.records = 0;
-    report.time.room = 0;
     free(text);
-    /* One without anything to be read takes its time, too. */
-    text = table_text(&report, 80);
+}
+
+/* A journal from which nothing is read takes its time, too. */
+static void test_table_opening_journal(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = uneven_report(renderers);
+    report.time.total = 8;
+    report.time.resume = 1;
+    char *text = table_text(&report, 80);
     assert_has(text, "  opening journal     1.000 s   12.5 %  ###\n");
     assert_has(text, "  other               2.000 s   25.0 %  ######\n");
     free(text);
@@ -77,15 +114,17 @@ static void test_table(void **state)
     text = table_text(&report, 80);
     assert_null(strstr(text, "journal"));
     free(text);
+}
+
+static void test_table_cpu_imbalance(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = uneven_report(renderers);
     renderers[3].cpu_s = 0;
-    text = table_text(&report, 80);
+    char *text = table_text(&report, 80);
     assert_has(text,
                "\nCPU time is 85 % of busy time, as cores were shared, its imbalance is 1.333\n");
-    free(text);
-    for (int i = 0; i < 4; i++)
-        renderers[i].counts = (struct render_counts){.rays = {i == 0}};
-    text = table_text(&report, 80);
-    assert_has(text, "\n1 ray, ");
     free(text);
 }
 
@@ -352,6 +391,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_planning),
+        cmocka_unit_test(test_table_other),
+        cmocka_unit_test(test_table_opening_journal),
+        cmocka_unit_test(test_table_cpu_imbalance),
         cmocka_unit_test(test_table_parts),
         cmocka_unit_test(test_table_cores),
         cmocka_unit_test(test_table_nothing_rendered),
