@@ -4,6 +4,8 @@
 
 #include "common/message.h"
 
+/* At most this many phases are named, as more would make the message long. What takes less than a hundredth of the
+ * total explains nothing. The names are those of the table of times (master/report_times.c). */
 #define TOLD_MOST 3
 #define TOLD_FROM 0.01
 
