@@ -17,8 +17,9 @@
  *              Expensive tiles go first, in lots that shrink with the remaining work and follow the renderer's
  *              speed (master/pace.h). Cheap tiles are mixed in, so that pixels come in at an even rate. Once
  *              there are predictions, adjacent cheap tiles are joined; a tile that is larger than its lot is
- *              split. What a late renderer has not begun goes to others. A renderer reports a tile that takes
- *              long (queue_takes_long()), so that it can be treated as late before its whole lot is overdue.
+ *              split, also if it has been handed out by then and is more than an even share. What a late
+ *              renderer has not begun goes to others. A renderer reports a tile that takes long
+ *              (queue_takes_long()), so that it can be treated as late before its whole lot is overdue.
  *              When nothing waits, idle renderers get backup copies of the tiles of those that are late, or
  *              are going to be; the first answer counts. The master's own renderer, which loses the time that
  *              serving takes, leaves the last lots to the others.

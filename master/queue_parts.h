@@ -234,6 +234,10 @@ uint32_t lot_give(struct queue *queue, const struct draft *draft, double now);
 
 /* ---- tiles that are handed out a second time ---- */
 
+/* For when there are predictions at last: breaks up the tiles that renderers have already got and that turn out to
+ * be too expensive for one of them. */
+void repeat_blind(struct queue *queue);
+
 /* Appends to the draft tiles that late renderers have not begun, of the longest overdue first, before anything
  * that waits: one tile at least if there is any, and one lot at most. */
 void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot);

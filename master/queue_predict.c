@@ -59,6 +59,7 @@ static void predict_held(struct queue *queue, double now)
 
 void predictions_settle(struct queue *queue, double now)
 {
+    bool is_first = !queue->settled;
     float *ratios = allocate(queue->item_count, sizeof *ratios);
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE)
@@ -70,7 +71,7 @@ void predictions_settle(struct queue *queue, double now)
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);
-    if (!queue->settled) predict_held(queue, now);
+    if (is_first) predict_held(queue, now);
     /* Tiles are joined whether all probes are back or one is missing for long. In cheap pictures there are so
      * many tiles that the master does not keep up with them otherwise; and rank 0's own renderer, which the
      * master keeps from rendering, has probes, too. Single samples of two such scenes on 36 to 52 processors are
@@ -83,6 +84,7 @@ void predictions_settle(struct queue *queue, double now)
     queue->next_cheap = 0;
     queue->pace.blind = false;
     queue->news++;
+    if (is_first) repeat_blind(queue);
 }
 
 /* ---- tiles that cost more than predicted ---- */

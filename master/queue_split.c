@@ -4,38 +4,47 @@
 
 #include "master/queue_parts.h"
 
-/*
- * A tile is split when it is predicted to take SPLIT_FROM times the lot that it is to be, or SPLIT_SMALL times
- * if it has no more than DEAR_PIXELS pixels, for the parts of so small a tile cost more than the whole. Single
- * samples of the lantern on 36 to 52 processors are 2 % faster than with one figure for both, those of seven
- * other scenes as fast.
- *
- * A small tile with more than SMALL_SAMPLES samples in it is split like a large one: its parts cost no more than
- * the whole, and it may be most of an even share. So with 4096 samples of the lantern on 10,000 processors 8 %
- * more goes into tiles that count. Values from 64 to 1024 make no difference there.
- */
-#define SPLIT_FROM    1.5
-#define SPLIT_SMALL   3
-#define SMALL_SAMPLES 256
+/* A tile is split when it is predicted to take SPLIT_FROM times the lot that it is to be, or SPLIT_SMALL times if
+ * its parts would cost more than the whole (fewest_pixels()). Single samples of the lantern on 36 to 52 processors
+ * are 2 % faster than with one figure for both, those of seven other scenes as fast. */
+#define SPLIT_FROM  1.5
+#define SPLIT_SMALL 3
 
 /* A tile whose sides are no longer than this, in pixels, is not split. */
 #define SPLIT_EDGE 3
 
 /*
  * Where there are fewer than FEW_PIXELS pixels per processor, a tile whose worst case is more than DEAR_PART of
- * an even share of all work is split in any case, down to DEAR_PIXELS pixels. Neither probes nor neighbours tell
- * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. There a
- * tile of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % more in
- * tiles of the lantern that take 200 us and more; with 2 x 2 pixels it is 15 %. Single samples of the lantern on
- * 36 to 52 processors are 4 % faster.
+ * an even share of all work is split in any case, down to fewest_pixels(). Neither probes nor neighbours tell
+ * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. Single
+ * samples of the lantern on 36 to 52 processors are 4 % faster.
  *
  * FEW_PIXELS is 200 of the smallest tiles, see queue_auto_edge(); with more of them there is time to break up
  * what takes long. A DEAR_PART of 0.07 makes 16 samples of eight scenes up to 0.2 % faster, and single ones 0.5
  * to 3 % slower.
  */
-#define FEW_PIXELS  (200 * 8 * 8)
-#define DEAR_PART   0.1
-#define DEAR_PIXELS 16
+#define FEW_PIXELS (200 * 8 * 8)
+#define DEAR_PART  0.1
+
+/*
+ * A tile of DEAR_PIXELS pixels in the expensive parts of a picture costs hardly more than the same part of a
+ * larger one, for its rays diverge: 1 % more in tiles of the lantern that take 200 us and more; a tile of 2 x 2
+ * costs 15 % more. With more samples fewer pixels do, down to one: DEAR_SAMPLES samples in all. A tile of
+ * DEAR_PIXELS pixels may be more than an even share then: with 4096 samples of the lantern on 10,000 processors
+ * it takes up to 4 s of the 3.4 s that there are for each. A DEAR_SAMPLES of 1024 makes no difference there; with 64
+ * the lantern's 16 samples on 36 to 52 processors take 1.5 % longer.
+ */
+#define DEAR_PIXELS  16
+#define DEAR_SAMPLES 256
+
+/* The number of pixels of which a part of a tile is to have no fewer: otherwise it would cost more than the same
+ * pixels within the tile. */
+static uint32_t fewest_pixels(const struct queue *queue)
+{
+    uint32_t samples = queue->config.samples;
+    if (samples <= DEAR_SAMPLES / DEAR_PIXELS) return DEAR_PIXELS;
+    return samples < DEAR_SAMPLES ? DEAR_SAMPLES / samples : 1;
+}
 
 void split_tile(struct queue *queue, uint32_t id)
 {
@@ -74,22 +83,14 @@ bool split_is_possible(const struct queue *queue, uint32_t id)
 }
 
 /* Whether the tile's worst case is more than DEAR_PART of an even share of all work: too much for one renderer
- * to begin at all. Only where there are few pixels per processor, once there are predictions, and for tiles of
- * more than DEAR_PIXELS. */
+ * to begin at all. Only where there are few pixels per processor, and once there are predictions. */
 static bool is_dear(const struct queue *queue, const struct item *item)
 {
     uint64_t pixels = (uint64_t)queue->config.width * queue->config.height;
     double processors = queue_processors(queue);
     bool few = (double)pixels < FEW_PIXELS * processors;
-    if (!queue->settled || !few || area(item) <= DEAR_PIXELS) return false;
+    if (!queue->settled || !few || area(item) <= fewest_pixels(queue)) return false;
     return (double)item->worst * processors > DEAR_PART * queue->pace.total;
-}
-
-/* Whether parts of the tile cost more than the same pixels within the whole tile. */
-static bool is_small(const struct queue *queue, const struct item *item)
-{
-    uint32_t samples = queue->config.samples > 0 ? queue->config.samples : 1;
-    return area(item) <= DEAR_PIXELS && (uint64_t)area(item) * samples <= SMALL_SAMPLES;
 }
 
 /* How many times queue_config.most_work the worst case of a tile may be, that all its pixels cost as much as the
@@ -110,13 +111,13 @@ uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
     const struct item *item = &queue->items[id];
     if (!is_dear(queue, item)) return 0;
     double wanted = (double)item->worst * queue_processors(queue) / (DEAR_PART * queue->pace.total);
-    return (uint32_t)ceil(fmin(wanted, (double)area(item) / DEAR_PIXELS));
+    return (uint32_t)ceil(fmin(wanted, (double)area(item) / fewest_pixels(queue)));
 }
 
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first)
 {
     const struct item *item = &queue->items[id];
-    double from = is_small(queue, item) ? SPLIT_SMALL : SPLIT_FROM;
+    double from = area(item) <= fewest_pixels(queue) ? SPLIT_SMALL : SPLIT_FROM;
     bool large = (double)item->work > from * lot.work || (double)item->worst > from * lot.worst;
     return ((first && large) || is_dear(queue, item) || is_too_long(queue, item)) &&
            split_is_possible(queue, id);

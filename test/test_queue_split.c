@@ -110,7 +110,7 @@ static uint32_t largest_of_lots(uint32_t samples)
 }
 
 /* A small tile stays whole where its pixels have few samples, and only there: its parts would together cost more than
- * it does. */
+ * it does. With very many samples even a half is too much of a renderer's share. */
 static void test_small_are_split_by_their_samples(void **state)
 {
     (void)state;
@@ -118,7 +118,18 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(1), 16);
     assert_int_equal(largest_of_lots(16), 16);
     assert_int_equal(largest_of_lots(17), 8);
-    assert_int_equal(largest_of_lots(4096), 8);
+    assert_int_equal(largest_of_lots(4096), 4);
+}
+
+/* With more samples, parts of fewer pixels are no more expensive than the whole. */
+static void test_dear_are_split_by_their_samples(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 32, .height = 32, .renderers = 4, .tile_edge = 8, .probe_edge = 4, .samples = 16};
+    assert_int_equal(largest_dear(&config), 16);
+    config.samples = 4096;
+    assert_int_equal(largest_dear(&config), 8);
 }
 
 /* Every renderer but 0 holds a lot that it got before there were predictions. Then all probes come back, those of
@@ -140,16 +151,20 @@ static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uin
     assert_true(queue->settled);
 }
 
-/* Tiles that late renderers got before there were predictions, and have not begun, go to others whole if they are
- * cheap, and are broken into pieces if they are expensive. */
-static void test_dear_of_late_are_broken_up(void **state)
+/* Pixels of the largest piece of the expensive tiles that late renderers got before there were predictions, and have
+ * not begun. The cheap ones go to others whole. */
+static uint64_t largest_piece_of_late(uint32_t samples)
 {
-    (void)state;
-    const struct queue_config config = {
-        .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
+    const struct queue_config config = {.width = 640,
+                                        .height = 240,
+                                        .renderers = 44,
+                                        .tile_edge = 8,
+                                        .probe_edge = 16,
+                                        .samples = samples};
     struct queue *queue = queue_create(&config);
     struct tile lots[44][LOT_TILES], lot[LOT_TILES];
-    uint32_t counts[44], dear = 0, cheap = 0;
+    uint32_t counts[44], cheap = 0;
+    uint64_t largest = 0;
     begin_blind(queue, lots, counts);
     double now = 0.01;
     do {
@@ -166,12 +181,52 @@ static void test_dear_of_late_are_broken_up(void **state)
             if (!is_dear && is_near) continue; /* it may count as expensive, too */
             assert_int_equal(item->pieces > 0, is_dear);
             assert_true(is_dear || item->finished);
-            dear += is_dear;
             cheap += !is_dear;
+            if (is_dear && area(&queue->items[item->first_piece]) > largest)
+                largest = area(&queue->items[item->first_piece]);
         }
     }
-    assert_true(dear > 0 && cheap > 0);
+    assert_true(cheap > 0);
     queue_destroy(queue);
+    return largest;
+}
+
+static void test_dear_of_late_are_broken_up(void **state)
+{
+    (void)state;
+    assert_int_equal(largest_piece_of_late(1), 16);
+    assert_int_equal(largest_piece_of_late(4096), 8);
+}
+
+/* Whether the expensive tiles that renderers got before there were predictions are broken into pieces once there are.
+ * The more rows the picture has, the less of a renderer's share is one tile. */
+static bool are_blind_broken_up(uint32_t height)
+{
+    const struct queue_config config = {
+        .width = 640, .height = height, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lots[44][LOT_TILES];
+    uint32_t counts[44], dear = 0, broken = 0;
+    begin_blind(queue, lots, counts);
+    for (uint32_t i = 1; i < config.renderers; i++) {
+        for (uint32_t k = 0; k < counts[i]; k++) {
+            const struct item *item = &queue->items[lots[i][k].id];
+            assert_int_equal(queue_is_recalled(queue, i, lots[i][k].id), item->pieces > 0);
+            assert_true(item->pieces == 0 || item->x < DEAR_WIDTH / 2);
+            dear += item->x < DEAR_WIDTH / 2;
+            broken += item->pieces > 0;
+        }
+    }
+    assert_true(dear > 0 && (broken == 0 || broken == dear));
+    queue_destroy(queue);
+    return broken > 0;
+}
+
+static void test_blind_are_broken_up(void **state)
+{
+    (void)state;
+    assert_true(are_blind_broken_up(128));
+    assert_false(are_blind_broken_up(240));
 }
 
 int main(void)
@@ -180,7 +235,9 @@ int main(void)
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
+        cmocka_unit_test(test_dear_are_split_by_their_samples),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
+        cmocka_unit_test(test_blind_are_broken_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
