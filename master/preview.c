@@ -67,13 +67,6 @@ void preview_complete(struct preview *preview)
     free(order);
 }
 
-const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y)
-{
-    if (preview->edge == 0) return NULL;
-    const float *color = block_of(preview, x, y);
-    return isnan(color[0]) ? NULL : color;
-}
-
 /* The two blocks along an axis between whose middles a pixel lies, and the weight of the second. Beyond the
  * outermost middle both are the same block. */
 struct between {

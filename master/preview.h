@@ -23,9 +23,6 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
 /* Gives each unknown block the colour of the nearest known one (in Manhattan distance). */
 void preview_complete(struct preview *preview);
 
-/* The colour of the block that contains this pixel; NULL: it is unknown. Valid until the preview is changed. */
-const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y);
-
 /* Stores the colour at this pixel of a complete preview. Each block has the colour of the probe in its middle;
  * between these middles it is interpolated bilinearly, and beyond the outermost ones it is constant. false: the
  * preview is empty. */

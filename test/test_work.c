@@ -63,7 +63,7 @@ static struct {
 /* The master sends nothing after its first message. */
 static atomic_bool quiet;
 
-/* ---- the calls of worker/work.c, hear.c and send.c ---- */
+/* ---- the calls of worker/work.c, receive.c and send.c ---- */
 
 /* Any two that are not MPI_REQUEST_NULL. */
 #define RECEIVE ((MPI_Request)0x77000001)

@@ -1,5 +1,5 @@
 /*
- * A renderer's side of the farm. In worker/, MPI is called only by work.c, hear.c, send.c, node.c,
+ * A renderer's side of the farm. In worker/, MPI is called only by work.c, receive.c, send.c, node.c,
  * node_scene.c and collective.c.
  */
 #ifndef FARM_WORKER_WORK_H

@@ -1,5 +1,5 @@
 /*
- * The state of a renderer on a rank other than the master's. work.c renders, hear.c receives messages, and
+ * The state of a renderer on a rank other than the master's. work.c renders, receive.c receives messages, and
  * send.c sends results.
  */
 #ifndef FARM_WORKER_WORKER_H
