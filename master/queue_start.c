@@ -6,8 +6,17 @@
 #include "common/message.h"
 #include "master/queue_parts.h"
 
-/* The most probes of a probe tile, so that a lot of probe tiles is spread over the picture. */
-#define PROBE_BLOCKS 8
+/*
+ * The most probes of a probe tile: few, so that a lot of probe tiles is spread over the picture. But a probe tile
+ * takes the master as long as any other, 0.3 us, and renderers wait for it when many are short. In pictures with
+ * so many probes that there would be more than PROBE_TILES probe tiles they have up to PROBE_BLOCKS_MOST probes, if
+ * that leaves PROBE_TILES_EACH of them for each renderer. So 256 samples of the lantern with 7680 x 4320 pixels, two
+ * million probes, are 2.5 % faster on 1,000 simulated processors, and 1024 samples 7 % on 10,000.
+ */
+#define PROBE_BLOCKS      8
+#define PROBE_BLOCKS_MOST 64
+#define PROBE_TILES       16384
+#define PROBE_TILES_EACH  8
 
 #define TILES_EDGE 64u
 
@@ -107,6 +116,18 @@ static void add_probes(struct queue *queue)
     if (queue->probes > 0) note_size(queue, queue->map.probe_blocks);
 }
 
+/* The most probes of a probe tile for so many probes in all. */
+static uint32_t probe_blocks(uint64_t probes, uint32_t renderers)
+{
+    uint64_t each = probes / renderers, blocks = probes / PROBE_TILES;
+    if (blocks > each / PROBE_TILES_EACH) blocks = each / PROBE_TILES_EACH;
+    if (blocks < PROBE_BLOCKS) blocks = PROBE_BLOCKS;
+    if (blocks > PROBE_BLOCKS_MOST) blocks = PROBE_BLOCKS_MOST;
+    /* Every renderer gets a probe tile, if there are enough probes. */
+    if (blocks > each) blocks = each;
+    return blocks > 0 ? (uint32_t)blocks : 1;
+}
+
 static bool start_items(struct queue *queue)
 {
     const struct queue_config *config = &queue->config;
@@ -114,12 +135,9 @@ static bool start_items(struct queue *queue)
     uint32_t rows = divide_up(config->height, config->tile_edge);
     if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
     uint32_t edge = queue->is_dynamic ? config->probe_edge : 0;
-    /* So that every renderer gets some probe tiles. */
-    uint64_t each = edge ? probes_at(config->width, config->height, edge) / config->renderers : 0;
+    uint64_t probes = edge ? probes_at(config->width, config->height, edge) : 0;
     cost_init(&queue->map, config->width, config->height, edge,
-              each < 1              ? 1
-              : each > PROBE_BLOCKS ? PROBE_BLOCKS
-                                    : (uint32_t)each);
+              probe_blocks(probes, config->renderers));
     add_base_tiles(queue, columns, rows);
     add_probes(queue);
     queue->probes_given = allocate_zeroed(config->renderers, sizeof *queue->probes_given);

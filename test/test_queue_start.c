@@ -194,9 +194,34 @@ static void test_passes_behind_a_finished_one(void **state)
     queue_destroy(queue);
 }
 
+/* The most probes of a probe tile of a queue with a probe every four pixels. */
+static uint32_t probes_of_a_tile(uint32_t width, uint32_t height, uint32_t renderers)
+{
+    const struct queue_config config = {
+        .width = width, .height = height, .renderers = renderers, .tile_edge = 16, .probe_edge = 4};
+    struct queue *queue = queue_create(&config);
+    uint32_t blocks = queue->map.probe_blocks;
+    queue_destroy(queue);
+    return blocks;
+}
+
+/* Few probes are in short tiles, a tile for each renderer if possible; two million are in long ones, several for each
+ * renderer. */
+static void test_probes_of_a_tile(void **state)
+{
+    (void)state;
+    assert_int_equal(probes_of_a_tile(640, 480, 44), 8);
+    assert_int_equal(probes_of_a_tile(64, 48, 44), 192 / 44);
+    assert_int_equal(probes_of_a_tile(64, 48, 400), 1);
+    assert_int_equal(probes_of_a_tile(7680, 4320, 44), 64);
+    assert_int_equal(probes_of_a_tile(7680, 4320, 10000), 1920 * 1080 / 10000 / 8);
+    assert_int_equal(probes_of_a_tile(7680, 4320, 100000), 8);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_probes_of_a_tile),
         cmocka_unit_test(test_tile_edge),
         cmocka_unit_test(test_bands_show_progress),
         cmocka_unit_test(test_too_many_tiles),
