@@ -12,7 +12,7 @@
  * so many probes that there would be more than PROBE_TILES probe tiles they have up to PROBE_BLOCKS_MOST probes, if
  * that leaves PROBE_TILES_EACH of them for each renderer. So 256 samples of the lantern with 7680 x 4320 pixels, two
  * million probes, are 2.5 % faster on 1,000 simulated processors, and 1024 samples 7 % on 10,000. With 16384
- * PROBE_TILES 16 samples of five scenes with 3840 x 2160 pixels are 0.1 to 1.3 % slower on 128, with 2048 as fast.
+ * PROBE_TILES 16 samples of five scenes with 3840 x 2880 pixels are 0.1 to 1.3 % slower on 128, with 2048 as fast.
  */
 #define PROBE_BLOCKS      8
 #define PROBE_BLOCKS_MOST 64
