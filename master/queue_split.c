@@ -5,7 +5,7 @@
 #include "master/queue_parts.h"
 
 /* A tile is split when it is predicted to take SPLIT_FROM times the lot that it is to be, or SPLIT_SMALL times if
- * its parts would cost more than the whole (fewest_pixels()). Single samples of the lantern on 36 to 52 processors
+ * its parts cost more than the whole (largest_small()). Single samples of the lantern on 36 to 52 processors
  * are 2 % faster than with one figure for both, those of seven other scenes as fast. */
 #define SPLIT_FROM  1.5
 #define SPLIT_SMALL 3
@@ -15,35 +15,32 @@
 
 /*
  * Where there are fewer than FEW_PIXELS pixels per processor, a tile whose worst case is more than DEAR_PART of
- * an even share of all work is split in any case, down to fewest_pixels(). Neither probes nor neighbours tell
- * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. Single
- * samples of the lantern on 36 to 52 processors are 4 % faster.
+ * an even share of all work is split in any case, down to DEAR_PIXELS pixels. Neither probes nor neighbours tell
+ * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. There a
+ * tile of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % more in
+ * tiles of the lantern that take 200 us and more; with 2 x 2 pixels it is 15 %. Single samples of the lantern on
+ * 36 to 52 processors are 4 % faster.
  *
  * FEW_PIXELS is 200 of the smallest tiles, see queue_auto_edge(); with more of them there is time to break up
  * what takes long. A DEAR_PART of 0.07 makes 16 samples of eight scenes up to 0.2 % faster, and single ones 0.5
  * to 3 % slower.
  */
-#define FEW_PIXELS (200 * 8 * 8)
-#define DEAR_PART  0.1
+#define FEW_PIXELS  (200 * 8 * 8)
+#define DEAR_PART   0.1
+#define DEAR_PIXELS 16
 
-/*
- * A tile of DEAR_PIXELS pixels in the expensive parts of a picture costs hardly more than the same part of a
- * larger one, for its rays diverge: 1 % more in tiles of the lantern that take 200 us and more; a tile of 2 x 2
- * costs 15 % more. With more samples fewer pixels do, down to one: DEAR_SAMPLES samples in all. A tile of
- * DEAR_PIXELS pixels may be more than an even share then: with 4096 samples of the lantern on 10,000 processors
- * it takes up to 4 s of the 3.4 s that there are for each. A DEAR_SAMPLES of 1024 makes no difference there; with 64
- * the lantern's 16 samples on 36 to 52 processors take 1.5 % longer.
- */
-#define DEAR_PIXELS  16
-#define DEAR_SAMPLES 256
+/* With more samples fewer pixels cost no more than within a larger tile: DEAR_SAMPLES samples together. A
+ * DEAR_SAMPLES of 64 makes 16 samples of the lantern on 36 to 52 processors take 1.5 % longer; with 1024 there is no
+ * difference. */
+#define DEAR_SAMPLES (16 * DEAR_PIXELS)
 
-/* The number of pixels of which a part of a tile is to have no fewer: otherwise it would cost more than the same
- * pixels within the tile. */
-static uint32_t fewest_pixels(const struct queue *queue)
+/* The largest tile, in pixels, whose parts cost more than the whole. */
+static uint32_t largest_small(const struct queue *queue)
 {
-    uint32_t samples = queue->config.samples;
-    if (samples <= DEAR_SAMPLES / DEAR_PIXELS) return DEAR_PIXELS;
-    return samples < DEAR_SAMPLES ? DEAR_SAMPLES / samples : 1;
+    uint32_t pixels = DEAR_PIXELS;
+    while (pixels > 1 && (uint64_t)pixels * queue->config.samples > DEAR_SAMPLES)
+        pixels /= 2;
+    return pixels;
 }
 
 void split_tile(struct queue *queue, uint32_t id)
@@ -82,14 +79,15 @@ bool split_is_possible(const struct queue *queue, uint32_t id)
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 
-/* Whether the tile's worst case is more than DEAR_PART of an even share of all work: too much for one renderer
- * to begin at all. Only where there are few pixels per processor, and once there are predictions. */
-static bool is_dear(const struct queue *queue, const struct item *item)
+/* Whether the tile has more than this number of pixels and its worst case is more than DEAR_PART of an even share
+ * of all work: too much for one renderer to begin at all. Only where there are few pixels per processor, and once
+ * there are predictions. */
+static bool is_dear(const struct queue *queue, const struct item *item, uint32_t pixels)
 {
-    uint64_t pixels = (uint64_t)queue->config.width * queue->config.height;
+    uint64_t all = (uint64_t)queue->config.width * queue->config.height;
     double processors = queue_processors(queue);
-    bool few = (double)pixels < FEW_PIXELS * processors;
-    if (!queue->settled || !few || area(item) <= fewest_pixels(queue)) return false;
+    bool few = (double)all < FEW_PIXELS * processors;
+    if (!queue->settled || !few || area(item) <= pixels) return false;
     return (double)item->worst * processors > DEAR_PART * queue->pace.total;
 }
 
@@ -106,19 +104,24 @@ static bool is_too_long(const struct queue *queue, const struct item *item)
            ((double)item->work > most || (double)item->worst > WORST_MOST * most);
 }
 
+/* With 4096 samples of the lantern on 10,000 processors a tile of DEAR_PIXELS pixels takes up to 4 s of a run of 3.4 s.
+ * 1 % more goes into tiles that count where parts may be as small as a pixel then. Of tiles that wait only those of
+ * more than DEAR_PIXELS are split: nothing is predicted of their pixels, and in small pictures the most expensive
+ * ones are better found by the renderers. */
 uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
-    if (!is_dear(queue, item)) return 0;
+    uint32_t small = largest_small(queue);
+    if (!is_dear(queue, item, small)) return 0;
     double wanted = (double)item->worst * queue_processors(queue) / (DEAR_PART * queue->pace.total);
-    return (uint32_t)ceil(fmin(wanted, (double)area(item) / fewest_pixels(queue)));
+    return (uint32_t)ceil(fmin(wanted, (double)area(item) / small));
 }
 
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first)
 {
     const struct item *item = &queue->items[id];
-    double from = area(item) <= fewest_pixels(queue) ? SPLIT_SMALL : SPLIT_FROM;
+    double from = area(item) <= largest_small(queue) ? SPLIT_SMALL : SPLIT_FROM;
     bool large = (double)item->work > from * lot.work || (double)item->worst > from * lot.worst;
-    return ((first && large) || is_dear(queue, item) || is_too_long(queue, item)) &&
+    return ((first && large) || is_dear(queue, item, DEAR_PIXELS) || is_too_long(queue, item)) &&
            split_is_possible(queue, id);
 }

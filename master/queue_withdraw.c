@@ -1,5 +1,6 @@
 /*
- * Withdrawing work from the queue. Tiles that wait are taken out at once. Renderers that hold tiles are told
+ * Withdrawing work from the queue. Tiles that wait are taken out at once, and pieces of which others have got none.
+ * Renderers that hold tiles are told
  * that they may drop all but the first, and do so with those that they have not begun; what they have finished
  * or begun comes back and counts. When only late renderers still hold tiles, these are taken out, too.
  */
@@ -61,9 +62,21 @@ void withdraw_lost(struct queue *queue)
     }
 }
 
+/* Makes a tile whole again that was broken into pieces of which none has been handed out: its holder may drop it. */
+static void take_back_pieces(struct queue *queue, uint32_t id)
+{
+    struct item *whole = &queue->items[id];
+    for (uint32_t i = 0; i < whole->pieces; i++)
+        if (!agenda_has(&queue->waiting, whole->first_piece + i)) return;
+    pieces_drop(queue, id);
+    whole->pieces = whole->missing = 0;
+}
+
 void queue_withdraw(struct queue *queue)
 {
     assert(queue->is_dynamic);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pieces > 0 && !queue->items[id].finished) take_back_pieces(queue, id);
     for (uint32_t id = 0; id < queue->item_count; id++) {
         if (!queue_is_untouched(queue, id)) continue;
         queue_unset_waiting(queue, id);

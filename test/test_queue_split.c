@@ -110,7 +110,7 @@ static uint32_t largest_of_lots(uint32_t samples)
 }
 
 /* A small tile stays whole where its pixels have few samples, and only there: its parts would together cost more than
- * it does. With very many samples even a half is too much of a renderer's share. */
+ * it does. */
 static void test_small_are_split_by_their_samples(void **state)
 {
     (void)state;
@@ -118,18 +118,7 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(1), 16);
     assert_int_equal(largest_of_lots(16), 16);
     assert_int_equal(largest_of_lots(17), 8);
-    assert_int_equal(largest_of_lots(4096), 4);
-}
-
-/* With more samples, parts of fewer pixels are no more expensive than the whole. */
-static void test_dear_are_split_by_their_samples(void **state)
-{
-    (void)state;
-    struct queue_config config = {
-        .width = 32, .height = 32, .renderers = 4, .tile_edge = 8, .probe_edge = 4, .samples = 16};
-    assert_int_equal(largest_dear(&config), 16);
-    config.samples = 4096;
-    assert_int_equal(largest_dear(&config), 8);
+    assert_int_equal(largest_of_lots(4096), 8);
 }
 
 /* Every renderer but 0 holds a lot that it got before there were predictions. Then all probes come back, those of
@@ -229,15 +218,39 @@ static void test_blind_are_broken_up(void **state)
     assert_false(are_blind_broken_up(240));
 }
 
+/* When work is withdrawn, pieces of which none has been handed out are withdrawn as well: their tiles are dropped by
+ * the renderers that have not begun them. */
+static void test_blind_are_withdrawn(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 128, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lots[44][LOT_TILES], lot[LOT_TILES];
+    uint32_t counts[44], dropped = 0;
+    begin_blind(queue, lots, counts);
+    queue_withdraw(queue);
+    assert_int_equal(queue->waiting.count, 0);
+    for (uint32_t i = 1; i < config.renderers; i++) {
+        queue_finish(queue, i, lots[i][0].id, 0.01, 1e-3);
+        for (uint32_t k = 1; k < counts[i]; k++, dropped++)
+            queue_drop(queue, i, lots[i][k].id, 0.01, 0);
+    }
+    assert_true(dropped > 0 && queue_complete(queue));
+    assert_int_equal(queue_next(queue, 0, 0.01, lot), 0);
+    assert_int_equal(queue_count(queue).tiles, config.renderers - 1);
+    queue_destroy(queue);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
-        cmocka_unit_test(test_dear_are_split_by_their_samples),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
+        cmocka_unit_test(test_blind_are_withdrawn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
