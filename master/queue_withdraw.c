@@ -62,21 +62,24 @@ void withdraw_lost(struct queue *queue)
     }
 }
 
-/* Makes a tile whole again that was broken into pieces of which none has been handed out: its holder may drop it. */
+/* Makes a tile of the picture whole again that was broken into pieces of which none has been handed out. Its holder
+ * may drop it; if it has done so already, the tile is taken out. */
 static void take_back_pieces(struct queue *queue, uint32_t id)
 {
     struct item *whole = &queue->items[id];
+    if (whole->finished || whole->is_piece) return;
     for (uint32_t i = 0; i < whole->pieces; i++)
         if (!agenda_has(&queue->waiting, whole->first_piece + i)) return;
     pieces_drop(queue, id);
     whole->pieces = whole->missing = 0;
+    withdraw_dropped(queue, id);
 }
 
 void queue_withdraw(struct queue *queue)
 {
     assert(queue->is_dynamic);
     for (uint32_t id = 0; id < queue->item_count; id++)
-        if (queue->items[id].pieces > 0 && !queue->items[id].finished) take_back_pieces(queue, id);
+        if (queue->items[id].pieces > 0) take_back_pieces(queue, id);
     for (uint32_t id = 0; id < queue->item_count; id++) {
         if (!queue_is_untouched(queue, id)) continue;
         queue_unset_waiting(queue, id);
