@@ -66,9 +66,9 @@ static void pass_on(struct queue *queue, struct draft *draft, struct hold *hold)
 
 /*
  * Breaks a tile that its holder has not begun, or was given before anything was known of it, into pieces, which
- * wait, if it is too expensive for a single renderer. 16 samples of the lantern on 36 to 52 processors are 1.1 % faster than with the
- * tiles of late renderers passed on as a whole. One of 44 processors that is four times slower, tried at each of
- * the 44 places, costs more than 2 % beyond its missing share in 4 of 100 runs, instead of in 14.
+ * wait, if it is too expensive for a single renderer. 16 samples of the lantern on 36 to 52 processors are 1.1 %
+ * faster than with the tiles of late renderers passed on as a whole. One of 44 processors that is four times slower,
+ * tried at each of the 44 places, costs more than 2 % beyond its missing share in 4 of 100 runs, instead of in 14.
  */
 static bool break_dear(struct queue *queue, struct hold *hold)
 {
@@ -84,7 +84,7 @@ static bool break_dear(struct queue *queue, struct hold *hold)
  * processors 2 % more goes into tiles that count than if it were broken up then. With half of an even share it may
  * be another 1 %, but 16 renderers of the same speed lose 2 % by what is given up half done.
  *
- * Where renderers share cores, no core would be idle then.
+ * Where renderers share cores, there is no idle core for the pieces.
  */
 void repeat_blind(struct queue *queue)
 {

@@ -5,8 +5,8 @@
 #include "master/queue_parts.h"
 
 /* A tile is split when it is predicted to take SPLIT_FROM times the lot that it is to be, or SPLIT_SMALL times if
- * its parts cost more than the whole (largest_small()). Single samples of the lantern on 36 to 52 processors
- * are 2 % faster than with one figure for both, those of seven other scenes as fast. */
+ * its parts cost more than the whole (largest_small()). Single samples of the lantern on 36 to 52 processors are 2 %
+ * faster than with one figure for both, those of seven other scenes as fast. */
 #define SPLIT_FROM  1.5
 #define SPLIT_SMALL 3
 
@@ -104,10 +104,12 @@ static bool is_too_long(const struct queue *queue, const struct item *item)
            ((double)item->work > most || (double)item->worst > WORST_MOST * most);
 }
 
-/* With 4096 samples of the lantern on 10,000 processors a tile of DEAR_PIXELS pixels takes up to 4 s of a run of 3.4 s.
- * 1 % more goes into tiles that count where parts may be as small as a pixel then. Of tiles that wait only those of
- * more than DEAR_PIXELS are split: nothing is predicted of their pixels, and in small pictures the most expensive
- * ones are better found by the renderers. */
+/*
+ * Of 4096 samples of the lantern on 10,000 processors a tile of DEAR_PIXELS pixels takes up to 4 s, the whole run 3.4
+ * s. 1 % more goes into tiles that count where parts may then be as small as a pixel. Tiles that wait are split down
+ * to DEAR_PIXELS pixels alone: nothing is predicted of parts that are smaller than the distance between probes, and
+ * in pictures of 160 x 120 pixels with 256 samples up to 2.5 % more time went into what was broken up in vain.
+ */
 uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];

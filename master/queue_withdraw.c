@@ -1,8 +1,8 @@
 /*
- * Withdrawing work from the queue. Tiles that wait are taken out at once, and pieces of which others have got none.
- * Renderers that hold tiles are told
- * that they may drop all but the first, and do so with those that they have not begun; what they have finished
- * or begun comes back and counts. When only late renderers still hold tiles, these are taken out, too.
+ * Withdrawing work from the queue. Tiles that wait are taken out at once, and so are the pieces of a tile of which
+ * none has been handed out. Renderers that hold tiles are told that they may drop all but the first, and do so with
+ * those that they have not begun; what they have finished or begun comes back and counts. When only late renderers
+ * still hold tiles, these are taken out, too.
  */
 #include <assert.h>
 
