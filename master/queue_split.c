@@ -32,7 +32,7 @@
 /* With more samples fewer pixels cost no more than within a larger tile: DEAR_SAMPLES samples together. A
  * DEAR_SAMPLES of 64 makes 16 samples of the lantern on 36 to 52 processors take 1.5 % longer; with 1024 there is no
  * difference. */
-#define DEAR_SAMPLES (16 * DEAR_PIXELS)
+#define DEAR_SAMPLES 256
 
 /* The largest tile, in pixels, whose parts cost more than the whole. */
 static uint32_t largest_small(const struct queue *queue)

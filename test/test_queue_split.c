@@ -152,7 +152,7 @@ static uint64_t largest_piece_of_late(uint32_t samples)
                                         .samples = samples};
     struct queue *queue = queue_create(&config);
     struct tile lots[44][LOT_TILES], lot[LOT_TILES];
-    uint32_t counts[44], cheap = 0;
+    uint32_t counts[44] = {0}, cheap = 0;
     uint64_t largest = 0;
     begin_blind(queue, lots, counts);
     double now = 0.01;
@@ -195,7 +195,7 @@ static bool are_blind_broken_up(uint32_t height)
         .width = 640, .height = height, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
     struct tile lots[44][LOT_TILES];
-    uint32_t counts[44], dear = 0, broken = 0;
+    uint32_t counts[44] = {0}, dear = 0, broken = 0;
     begin_blind(queue, lots, counts);
     for (uint32_t i = 1; i < config.renderers; i++) {
         for (uint32_t k = 0; k < counts[i]; k++) {
@@ -226,7 +226,7 @@ static void withdraw_blind(bool before)
         .width = 640, .height = 128, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
     struct tile lots[44][LOT_TILES], lot[LOT_TILES], tile;
-    uint32_t counts[44], recalled = 0;
+    uint32_t counts[44] = {0}, recalled = 0;
     begin_blind(queue, lots, counts);
     for (uint32_t i = 1; i < config.renderers; i++)
         for (uint32_t k = 1; k < counts[i]; k++) {
