@@ -7,7 +7,7 @@ none() { # PATTERN FILES...: no line matches, and all of them can be read
 }
 check "MPI is called where the farm sends and receives alone" none '\bMPI_[A-Z][A-Za-z_]*\(' \
     $(ls common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] |
-        grep -vE '^(master/(post|main)|worker/(collective|node|node_scene|hear|send|work))\.')
+        grep -vE '^(master/(post|main)|worker/(collective|node|node_scene|receive|send|work))\.')
 check "common/ knows neither side" none '#include "(master|worker)/' common/*.[ch]
 check "worker/ does not know master/" none '#include "master/' worker/*.[ch]
 check "of master/, only main knows worker/" none '#include "worker/' \
