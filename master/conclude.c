@@ -8,6 +8,7 @@
 #include "common/message.h"
 #include "master/image_file.h"
 #include "master/output_file.h"
+#include "master/path.h"
 #include "master/run.h"
 #include "master/start_times.h"
 #include "master/timeline_output.h"
@@ -249,7 +250,7 @@ static char *reason(bool deserted)
 static void note_old_report(const char *report)
 {
     struct stat status;
-    if (stat(report, &status) == 0 && S_ISREG(status.st_mode))
+    if (path_stream(report) < 0 && stat(report, &status) == 0 && S_ISREG(status.st_mode))
         user_note("%s is of an earlier run", report);
 }
 

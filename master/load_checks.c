@@ -251,7 +251,7 @@ struct checked_file {
 static bool kind_good(const struct checked_file *file)
 {
     if (!file->extension) return image_extension_known(file->path);
-    return path_has_extension(file->path, file->extension) || path_is_device(file->path);
+    return path_has_extension(file->path, file->extension) || path_is_written_in_place(file->path);
 }
 
 /* stat() of the folder of a file, which need not exist itself. */
@@ -275,7 +275,7 @@ static bool same_place(const char *a, const char *b)
 static bool same_file(const char *a, const char *b)
 {
     struct stat first, second;
-    if (path_is_device(a)) return false;
+    if (path_is_written_in_place(a) && path_is_written_in_place(b)) return false;
     if (stat(a, &first) == 0 && stat(b, &second) == 0)
         return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
     char *behind_a = path_behind_links(a), *behind_b = path_behind_links(b);

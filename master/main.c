@@ -72,7 +72,7 @@ static double deadline_of(const struct run *run)
 /* Seconds between previews. There are none in a pipe or a device: what was written there cannot be replaced. */
 static double preview_seconds(const struct settings *settings)
 {
-    return path_is_device(settings->output.image) ? 0 : settings->output.preview;
+    return path_is_written_in_place(settings->output.image) ? 0 : settings->output.preview;
 }
 
 /* Starts monitoring; what an earlier run has rendered counts from the start. */

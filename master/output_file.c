@@ -76,15 +76,17 @@ static FILE *stream_of(int descriptor)
     return file;
 }
 
-/* /dev/stdout is not opened again: if it is a regular file, that would overwrite what is there. */
+/* A descriptor such as /dev/stdout is not opened again: if it is a regular file, that would overwrite what is there. */
 FILE *open_in_place(const char *path)
 {
     struct stat there;
-    if (!path_is_stdout(path) && stat(path, &there) == 0 && S_ISFIFO(there.st_mode))
-        return stream_of(open_pipe(path));
-    if (!path_is_stdout(path)) return fopen(path, "wb");
-    fflush(stdout);
-    return stream_of(dup(STDOUT_FILENO));
+    int stream = path_stream(path);
+    if (stream >= 0) {
+        fflush(stdout); /* it may be another descriptor of the same file */
+        return stream_of(dup(stream));
+    }
+    if (stat(path, &there) == 0 && S_ISFIFO(there.st_mode)) return stream_of(open_pipe(path));
+    return fopen(path, "wb");
 }
 
 static FILE *open_beside(struct output *output, const char *path, const struct stat *old)
@@ -107,7 +109,7 @@ static void output_open(struct output *output)
     const char *path = output->path;
     struct stat old;
     bool exists = stat(path, &old) == 0;
-    if (path_is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
+    if (path_stream(path) >= 0 || (exists && !S_ISREG(old.st_mode)))
         output->file = open_in_place(path);
     else
         output->file = open_beside(output, path, exists ? &old : NULL);
@@ -230,29 +232,42 @@ static bool folder_writable(const char *path, const char *key)
     return error == 0;
 }
 
-/* Whether what exists at path is neither a folder nor a block device, and writable. */
+/* Whether what exists at path is neither a folder nor a block device. */
+static bool kind_writable(const char *path, const char *key, mode_t mode)
+{
+    if (S_ISREG(mode) || S_ISCHR(mode) || S_ISFIFO(mode)) return true;
+    user_error(path, 0, "is a %s, expected a file name in %s=FILE",
+               S_ISDIR(mode) ? "folder" : "device", key);
+    return false;
+}
+
+/* Whether that holds, and it is writable. */
 static bool old_file_writable(const char *path, const char *key, mode_t mode)
 {
-    if (!S_ISREG(mode) && !S_ISCHR(mode) && !S_ISFIFO(mode)) {
-        user_error(path, 0, "is a %s, expected a file name in %s=FILE",
-                   S_ISDIR(mode) ? "folder" : "device", key);
-        return false;
-    }
+    if (!kind_writable(path, key, mode)) return false;
     return access(path, W_OK) == 0 || output_refused(path, key, errno);
+}
+
+/* Whether the descriptor is open for writing. MPI has some of its own, which are sockets. */
+static bool stream_writable(int stream, const char *path, const char *key)
+{
+    struct stat status;
+    int flags = fcntl(stream, F_GETFL);
+    if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) return output_refused(path, key, EBADF);
+    return stream <= STDERR_FILENO ||
+           (fstat(stream, &status) == 0 && kind_writable(path, key, status.st_mode));
 }
 
 bool output_writable(const char *path, const char *key)
 {
     struct stat old;
     size_t length = strlen(path);
+    int stream = path_stream(path);
     if (length == 0) {
         user_error(NULL, 0, "%s is empty, expected a file name", key);
         return false;
     }
-    if (path_is_stdout(path)) {
-        int flags = fcntl(STDOUT_FILENO, F_GETFL);
-        return (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY) || output_refused(path, key, EBADF);
-    }
+    if (stream >= 0) return stream_writable(stream, path, key);
     if (stat(path, &old) == 0) {
         if (!old_file_writable(path, key, old.st_mode)) return false;
         return S_ISREG(old.st_mode) ? folder_writable(path, key) : true;

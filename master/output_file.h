@@ -3,8 +3,8 @@
  *
  * A file appears complete or not at all: it is written under a temporary name in the same folder, synced and
  * renamed. A symbolic link stays, and what it points at is replaced; a file that is replaced passes its
- * permissions on. What is not a regular file (/dev/stdout, a FIFO) is written to directly. Messages go through
- * common/message.h.
+ * permissions on. What is not a regular file (a FIFO) is written to directly, and so are the descriptors that the
+ * program was started with (/dev/stdout, /dev/fd/3, links to these). Messages go through common/message.h.
  */
 #ifndef FARM_MASTER_OUTPUT_FILE_H
 #define FARM_MASTER_OUTPUT_FILE_H

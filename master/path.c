@@ -92,11 +92,13 @@ static char *link_target(const char *path)
     return target;
 }
 
+#define MAX_LINKS 40 /* as many as the kernel follows */
+
 /* realpath() would not do, because the last link may point at a file that does not exist yet. */
 char *path_behind_links(const char *path)
 {
     char *place = copy_text(path);
-    for (int links = 0; links < 40; links++) { /* as many as the kernel follows */
+    for (int links = 0; links < MAX_LINKS; links++) {
         char *next = link_target(place);
         if (!next) return place;
         free(place);
@@ -112,14 +114,53 @@ bool path_has_extension(const char *path, const char *extension)
     return length > tail && strcasecmp(path + length - tail, extension) == 0;
 }
 
-bool path_is_stdout(const char *path)
+/* Whether both folders exist and are the same. */
+static bool same_folder(const char *a, const char *b)
 {
-    return !strcmp(path, "/dev/stdout");
+    char *first = realpath(a, NULL), *second = realpath(b, NULL);
+    bool same = first && second && strcmp(first, second) == 0;
+    free(first);
+    free(second);
+    return same;
+}
+
+/* The descriptor that path names without a link at its end: of "/dev/fd/3" it is 3. -1: none. The names of stdout
+ * and stderr hold without /proc, too. */
+static int named_stream(const char *path)
+{
+    if (!strcmp(path, "/dev/stdout")) return STDOUT_FILENO;
+    if (!strcmp(path, "/dev/stderr")) return STDERR_FILENO;
+    const char *name = path_name(path);
+    size_t digits = strspn(name, "0123456789");
+    if (digits == 0 || digits > 9 || name[digits]) return -1;
+    char *directory = path_directory(path);
+    int stream = same_folder(directory, "/proc/self/fd") ? atoi(name) : -1;
+    free(directory);
+    return stream;
+}
+
+/* Link by link: the last link leads from the descriptor's name to the file that is open there. */
+int path_stream(const char *path)
+{
+    char *place = copy_text(path);
+    int stream = -1;
+    for (int links = 0; place && links < MAX_LINKS; links++) {
+        stream = named_stream(place);
+        char *next = stream < 0 ? link_target(place) : NULL;
+        free(place);
+        place = next;
+    }
+    free(place);
+    return stream;
+}
+
+bool path_is_written_in_place(const char *path)
+{
+    return path_stream(path) >= 0 || path_is_device(path);
 }
 
 bool path_is_device(const char *path)
 {
     struct stat status;
-    if (path_is_stdout(path)) return true;
     return stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }

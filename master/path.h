@@ -42,10 +42,14 @@ char *path_behind_links(const char *path);
 /* Whether path ends with this extension (".nff"), upper or lower case. */
 bool path_has_extension(const char *path, const char *extension);
 
-/* Whether path is /dev/stdout. Output is appended there, be it a terminal, a pipe or a file. */
-bool path_is_stdout(const char *path);
+/* The descriptor of this process that path names, perhaps by links: /dev/stdout, /dev/stderr, /dev/fd/N and the like.
+ * -1: none. Output is appended there, be it a terminal, a pipe or a file. */
+int path_stream(const char *path);
 
-/* Whether path is something other than a regular file or a folder, such as a FIFO; or is /dev/stdout. */
+/* Whether path is something other than a regular file or a folder, such as a FIFO. */
 bool path_is_device(const char *path);
+
+/* Whether output to path takes the place of no file: it is such a thing or names a descriptor. */
+bool path_is_written_in_place(const char *path);
 
 #endif

@@ -41,7 +41,7 @@ static void print_setting(struct printing *to, const struct settings *settings,
                           const struct key *key)
 {
     char *value = key_format(key, settings);
-    if (key->type == VALUE_TEXT && *value && !path_is_stdout(value)) {
+    if (key->type == VALUE_TEXT && *value) {
         char *absolute = path_unresolved(value);
         free(value);
         value = absolute;

@@ -125,6 +125,32 @@ to_stdout() { # KEY: into a file, too, where the table does not write over it
 }
 check "the report on stdout" to_stdout report '"version"'
 check "the rows of error on stdout" to_stdout error 'elapsed_s,'
+to_stream() { # KEY PATH REDIRECTED WHAT: appended to the file that the descriptor is redirected to
+    echo "previous log" >log
+    eval "\"\$FARM\" everything.ini image.width=8 image.height=6 sampling.samples=2 output.image=table.png \
+        output.report= output.$1=$2 $3>>log >table" || return 1
+    cat log && grep -q "$4" log && [ "$(head -n 1 log)" = "previous log" ]
+}
+ln -s /dev/stderr stderr.json && ln -s stderr.json stream.json
+check "the report behind links to stderr" to_stream report stream.json 2 '"version"'
+check "the rows of error on stderr, which is a file" to_stream error /dev/stderr 2 'elapsed_s,'
+check "the rows of error on a descriptor, which is a file" to_stream error /dev/fd/3 3 'elapsed_s,'
+link_to_stdout() { # with the table behind it
+    echo "previous log" >log && ln -sf /dev/stdout so.json
+    "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 output.image=table.png \
+        output.report=so.json >>log || return 1
+    cat log && [ "$(head -n 1 log)" = "previous log" ] && grep -q '"version"' log &&
+        grep -q 'Wall time of rank 0' log && [ -h so.json ]
+}
+check "the report behind a link to stdout" link_to_stdout
+twice() { # the trace would replace the file that the report is in
+    "$FARM" everything.ini output.report=/dev/stdout output.trace=twice.json >twice.json 2>"$T/err"
+    status=$?
+    cat "$T/err" && rm twice.json && [ $status -eq 2 ] && grep -q 'trace is also the name of the report' "$T/err"
+}
+check "one file for two outputs, one of them by way of stdout" twice
+check "no file for writing is open at a descriptor" wrong 0 '^/dev/fd/77: cannot write: Bad file descriptor' \
+    everything.ini output.report=/dev/fd/77
 print_stdout() {
     run 0 "$FARM" --print-config everything.ini output.report=/dev/stdout &&
         echo "$out" | grep -q '^report = /dev/stdout$'

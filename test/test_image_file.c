@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -461,16 +462,24 @@ static void test_fifo_without_reader(void **state)
     assert_int_equal(status, 0);
 }
 
-/* What the shell's "> file" and ">> file" expect. */
-static void test_stdout(void **state)
+static void assert_refused(const char *path, const char *why)
 {
-    (void)state;
+    assert_false(output_writable(path, "output.image"));
+    assert_said(why);
+    assert_said("output.image");
+    assert_one_line();
+    message_capture(said, sizeof said);
+}
+
+/* Writes to a path that names stdout, while that is a file. */
+static void check_stdout(const char *path)
+{
     fflush(stdout);
     int terminal = dup(STDOUT_FILENO);
     assert_non_null(freopen("out", "w", stdout));
     printf("before ");
-    bool writable = output_writable("/dev/stdout", "output.report");
-    bool written = text_write("output.report", "/dev/stdout", "report ", 7);
+    bool writable = output_writable(path, "output.report");
+    bool written = text_write("output.report", path, "report ", 7);
     printf("after");
     fflush(stdout);
     dup2(terminal, STDOUT_FILENO);
@@ -479,13 +488,41 @@ static void test_stdout(void **state)
     assert_file_is("out", "before report after");
 }
 
-static void assert_refused(const char *path, const char *why)
+/* What the shell's "> file" and ">> file" expect. */
+static void test_stdout(void **state)
 {
-    assert_false(output_writable(path, "output.image"));
-    assert_said(why);
-    assert_said("output.image");
-    assert_one_line();
-    message_capture(said, sizeof said);
+    (void)state;
+    assert_int_equal(symlink("/dev/stdout", "link") + symlink("link", "again"), 0);
+    assert_int_equal(symlink("/dev/fd", "folder") + symlink("folder/1", "inside"), 0);
+    static const char *const paths[] = {"/dev/stdout",     "/dev/fd/1", "/dev//stdout",
+                                        "/proc/self/fd/1", "link",      "again",
+                                        "folder/1",        "inside"};
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++)
+        check_stdout(paths[i]);
+}
+
+/* Other descriptors, such as the shell's "3>> file"; not one that MPI has open. */
+static void test_descriptor(void **state)
+{
+    (void)state;
+    int ends[2], file = open("log", O_WRONLY | O_CREAT | O_APPEND, 0600);
+    char *path = format_text("/dev/fd/%d", file);
+    assert_int_equal(write(file, "before ", 7), 7);
+    assert_true(output_writable(path, "output.report"));
+    assert_true(text_write("output.report", path, "report", 6));
+    assert_file_is("log", "before report");
+    close(file);
+    assert_refused(path, "cannot write: Bad file descriptor");
+    free(path);
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    path = format_text("/dev/fd/%d", ends[0]);
+    assert_refused(path, "is a device, expected a file name");
+    free(path);
+    close(ends[0]);
+    close(ends[1]);
+    make_file("1", "old"); /* a number in another folder is a file's name */
+    assert_true(text_write("output.report", "1", "new", 3));
+    assert_file_is("1", "new");
 }
 
 static void test_writable_refusals(void **state)
@@ -658,6 +695,7 @@ int main(void)
         TEST(test_fifo),
         TEST(test_fifo_without_reader),
         TEST(test_stdout),
+        TEST(test_descriptor),
         TEST(test_writable_refusals),
         TEST(test_writable_touches_nothing),
         TEST(test_long_name),
