@@ -217,6 +217,7 @@ $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occ
 $(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
 $(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
 $(BUILD)/test/test_journal: WRAPPED := -Wl,--wrap=fdatasync
+$(BUILD)/test/test_save: WRAPPED := -Wl,--wrap=pwrite
 $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.

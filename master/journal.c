@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +10,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -42,6 +44,9 @@ struct journal {
     bool unsynced;
     double next_sync; /* on clock_wall() */
     struct journal_found found;
+    /* Where it was before it was moved; stays open, and so locked. NULL: it was not moved. */
+    char *original; /* owned */
+    int original_file;
 };
 
 /* The least seconds between two syncs: at least as much may be lost by the death of the machine. */
@@ -277,10 +282,12 @@ static struct journal *create(const char *path, uint64_t picture, int file)
     return journal;
 }
 
-/* Closing releases the lock. */
+/* Closing releases the locks. */
 static void destroy(struct journal *journal)
 {
     close(journal->file);
+    if (journal->original) close(journal->original_file);
+    free(journal->original);
     free(journal->path);
     free(journal->buffer);
     free(journal);
@@ -472,6 +479,24 @@ static bool has_room_for(int file, uint64_t bytes)
            (errno != ENOSPC && errno != EDQUOT);
 }
 
+static bool remove_own(const char *path, int file)
+{
+    return journal_is_at(path, file) && unlink(path) == 0;
+}
+
+/* Lets go of the file that has been copied. It stays if it is the original; else it is a copy of this run's. */
+static void leave_file(struct journal *journal)
+{
+    if (!journal->original) {
+        journal->original = journal->path;
+        journal->original_file = journal->file;
+        return;
+    }
+    remove_own(journal->path, journal->file);
+    close(journal->file);
+    free(journal->path);
+}
+
 bool journal_move(struct journal *journal, const char *path, uint64_t more)
 {
     int file = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -482,12 +507,34 @@ bool journal_move(struct journal *journal, const char *path, uint64_t more)
         close(file);
         return false;
     }
-    close(journal->file);
-    free(journal->path);
+    leave_file(journal);
     journal->file = file;
     journal->path = copy_text(path);
     journal->torn = false;
     return true;
+}
+
+/* Whether a file is in memory, and so lost with the death of the machine. */
+static bool is_in_memory(int file)
+{
+    struct statfs system;
+    return fstatfs(file, &system) == 0 &&
+           (system.f_type == TMPFS_MAGIC || system.f_type == RAMFS_MAGIC);
+}
+
+void journal_remove_original(struct journal *journal)
+{
+    if (!journal->original || !journal_exists(journal)) return;
+    if (is_in_memory(journal->file) && !is_in_memory(journal->original_file)) return;
+    if (fdatasync(journal->file) != 0) return;
+    journal->unsynced = false;
+    remove_own(journal->original, journal->original_file);
+}
+
+const char *journal_original(const struct journal *journal)
+{
+    bool there = journal->original && journal_is_at(journal->original, journal->original_file);
+    return there ? journal->original : NULL;
 }
 
 /* What was reserved and not used is given back by cutting the file where it ends. */

@@ -117,10 +117,22 @@ double journal_sync_pause(double cost);
 bool journal_exists(const struct journal *journal);
 
 /*
- * Continues the journal in a copy at path, where no file may exist, with space for `more` bytes. The old file
- * stays as it is. false, with no message and nothing changed, when there cannot be such a copy.
+ * Continues the journal in a copy at path, where no file may exist, with space for `more` bytes. The file that was
+ * opened stays as it is, and locked until the end; a copy of an earlier call is removed. false, with no message and
+ * nothing changed, when there cannot be such a copy.
  */
 bool journal_move(struct journal *journal, const char *path, uint64_t more);
+
+/*
+ * Removes the file that was opened, for when all records are in the copy that journal_move() has made. It is kept if
+ * another file has taken its path, if the copy is gone or cannot be synced, or if only the copy would be lost with the
+ * death of the machine, as it is in memory.
+ */
+void journal_remove_original(struct journal *journal);
+
+/* The path of the file that was opened, if it is still there and the journal goes on in a copy; else NULL. Valid until
+ * the journal is closed. */
+const char *journal_original(const struct journal *journal);
 
 /* Syncs, unlocks and closes the journal, which stays for the next run. Frees it. */
 void journal_close(struct journal *journal);

@@ -98,10 +98,12 @@ bool open_save(struct run *run, const struct scene *scene)
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
-    if (save_found(run->save)->records)
-        free(save_keep(run->save).path);
-    else
+    if (save_found(run->save)->records) {
+        struct save_kept kept = save_keep(run->save);
+        save_kept_free(&kept);
+    } else {
         save_drop(run->save);
+    }
     run->save = NULL;
     return false;
 }
@@ -152,9 +154,12 @@ bool keep(struct run *run, const char *then)
     /* Not user_note(), which would replace a newline between quotes and so change the command. */
     fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
             plainly ? "" : ", start it in the same way", command);
+    if (kept.original)
+        user_note("%s stays, too: it holds less, and can be removed if its room is needed",
+                  kept.original);
     free(place);
     free(saved);
-    free(kept.path);
+    save_kept_free(&kept);
     free(journal);
     free(command);
     return true;

@@ -473,20 +473,17 @@ static void rescue(struct save *save)
                              "/dev/shm"};
     char *name = path_stem(journal_path(save->journal));
     bool moved = false;
-    /* A copy that could not take everything either, replaced by the next one. */
-    char *rescued = NULL;
-    for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++) {
-        char *before = copy_text(journal_path(save->journal));
+    for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++)
         moved = move_to(save, folders[i], name);
-        if (strcmp(before, journal_path(save->journal)) != 0) {
-            if (rescued) unlink(rescued);
-            free(rescued);
-            rescued = copy_text(journal_path(save->journal));
-        }
-        free(before);
-    }
-    free(rescued);
+    /* Its disk is full: the picture may need the room. */
+    if (moved) journal_remove_original(save->journal);
     free(name);
+}
+
+void save_kept_free(struct save_kept *kept)
+{
+    free(kept->path);
+    free(kept->original);
 }
 
 struct save_kept save_keep(struct save *save)
@@ -503,6 +500,8 @@ struct save_kept save_keep(struct save *save)
     kept.lost = save->waiting.count;
     kept.lost_pixels = pixels_waiting(save);
     kept.path = copy_text(journal_path(save->journal));
+    const char *original = journal_original(save->journal);
+    if (original) kept.original = copy_text(original);
     journal_close(save->journal);
     destroy(save);
     return kept;

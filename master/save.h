@@ -78,6 +78,9 @@ struct save_kept {
     char *path; /* of the journal; owned by the caller */
     /* It is not at the requested path, because that could not be written. */
     bool moved;
+    /* The file at the requested path, if it is left beside the one at `path`, which holds as much or more; owned, or
+     * NULL. */
+    char *original;
     uint64_t lost; /* number of tiles that could not be written anywhere */
     uint64_t lost_pixels;
     double lost_s; /* wall seconds that they took to render */
@@ -85,9 +88,11 @@ struct save_kept {
 
 /*
  * Writes what is not written yet and keeps the journal for the next run. If its folder is full or gone, tries
- * the current folder and those for temporary files. Frees the save.
+ * the current folder and those for temporary files; what is at the requested path is removed once all is elsewhere.
+ * Frees the save.
  */
 struct save_kept save_keep(struct save *save);
+void save_kept_free(struct save_kept *kept);
 
 /* Removes the journal, for when the picture is safely written. Frees the save; NULL: does nothing. */
 void save_drop(struct save *save);

@@ -1,5 +1,6 @@
 /* The journal as a file: what was appended comes back, also after a kill or a full disk, and from another place. */
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <math.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -11,6 +12,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -173,6 +175,74 @@ static void test_moved(void **state)
     check_resume(s, 3, 0, 4);
 }
 
+/* Moves a journal of two records to MOVED and then to path. */
+static struct journal *move_twice(struct scratch *s, const char *path)
+{
+    struct seen seen;
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    journal_remove_original(journal); /* there is none yet */
+    assert_null(journal_original(journal));
+    assert_true(journal_move(journal, MOVED, 0) && journal_move(journal, path, 0));
+    assert_int_equal(access(MOVED, F_OK), -1);
+    assert_true(append(journal, 2));
+    assert_string_equal(journal_original(journal), PATH);
+    return journal;
+}
+
+/* The file that a journal was moved from is removed when it is asked for, and locked until then. */
+static void test_original(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    struct journal *journal = move_twice(s, "twice.journal");
+    assert_null(open_as(s, PICTURE, &seen));
+    journal_remove_original(journal);
+    assert_null(journal_original(journal));
+    assert_int_equal(access(PATH, F_OK), -1);
+    journal_close(journal);
+    assert_int_equal(rename("twice.journal", PATH), 0);
+    check_resume(s, 3, 0, 3);
+}
+
+/* It is kept if it may be another run's, or if there is no copy any more. */
+static void test_original_stays(void **state)
+{
+    struct scratch *s = *state;
+    struct journal *journal = move_twice(s, "twice.journal");
+    assert_int_equal(rename("twice.journal", "away.journal"), 0);
+    journal_remove_original(journal);
+    assert_string_equal(journal_original(journal), PATH);
+    assert_int_equal(rename("away.journal", "twice.journal") + unlink(PATH), 0);
+    scratch_write(PATH, "of somebody else");
+    journal_remove_original(journal);
+    assert_null(journal_original(journal));
+    assert_int_equal(access(PATH, F_OK), 0);
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH), 0);
+}
+
+static bool is_in_memory(const char *folder)
+{
+    struct statfs system;
+    assert_int_equal(statfs(folder, &system), 0);
+    return system.f_type == TMPFS_MAGIC;
+}
+
+/* A copy in memory does not survive the death of the machine: it does not replace a file on a disk. */
+static void test_original_of_copy_in_memory(void **state)
+{
+    struct scratch *s = *state;
+    if (!is_in_memory("/dev/shm") || is_in_memory(".")) skip();
+    char *copy = format_text("/dev/shm/farm-test-%ld.journal", (long)getpid());
+    struct journal *journal = move_twice(s, copy);
+    journal_remove_original(journal);
+    assert_string_equal(journal_original(journal), PATH);
+    journal_remove(journal);
+    free(copy);
+    check_resume(s, 2, 0, 2);
+}
+
 /* Room that was set aside and not used is given back. */
 static void test_reserved(void **state)
 {
@@ -321,12 +391,21 @@ static void test_picture(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),        cmocka_unit_test(test_empty_payload),
-        cmocka_unit_test(test_one_run_at_a_time), cmocka_unit_test(test_killed),
-        cmocka_unit_test(test_full_disk),         cmocka_unit_test(test_moved),
-        cmocka_unit_test(test_reserved),          cmocka_unit_test(test_reserved_by_killed),
-        cmocka_unit_test(test_no_place),          cmocka_unit_test(test_sync_pause),
-        cmocka_unit_test(test_synced_at_the_end), cmocka_unit_test(test_picture),
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_empty_payload),
+        cmocka_unit_test(test_one_run_at_a_time),
+        cmocka_unit_test(test_killed),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_reserved),
+        cmocka_unit_test(test_reserved_by_killed),
+        cmocka_unit_test(test_no_place),
+        cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_synced_at_the_end),
+        cmocka_unit_test(test_picture),
+        cmocka_unit_test(test_original),
+        cmocka_unit_test(test_original_stays),
+        cmocka_unit_test(test_original_of_copy_in_memory),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

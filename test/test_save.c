@@ -2,10 +2,13 @@
  * nothing else is. */
 #include "test/scratch.h"
 
+#include <errno.h>
+#include <linux/magic.h>
 #include <math.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 
 #include "common/clock.h"
 #include "master/save.h"
@@ -70,9 +73,10 @@ static struct save *open_save(struct scratch *s, struct canvas *canvas, struct a
 static void keep(struct save *save)
 {
     struct save_kept kept = save_keep(save);
-    assert_true(!kept.moved && kept.lost == 0 && kept.lost_pixels == 0 && kept.lost_s == 0);
+    assert_true(!kept.moved && !kept.original && kept.lost == 0 && kept.lost_pixels == 0 &&
+                kept.lost_s == 0);
     assert_string_equal(kept.path, PATH);
-    free(kept.path);
+    save_kept_free(&kept);
 }
 
 /* ---- all samples of a pixel at once ---- */
@@ -412,7 +416,7 @@ static void test_no_room_anywhere(void **state)
     save = open_at(s, kept.path, &again, NULL);
     check_columns(&again, &whole, 0, EDGE);
     save_drop(save);
-    free(kept.path);
+    save_kept_free(&kept);
     canvas_free(&whole);
     canvas_free(&again);
 }
@@ -431,14 +435,96 @@ static void test_folder_is_gone(void **state)
     save_at(save, 0, WIDTH);
     assert_int_equal(unlink("there/" PATH) + rmdir("there"), 0);
     struct save_kept kept = save_keep(save);
-    assert_true(kept.moved && kept.lost == 0 && count_copies() == 1);
+    assert_true(kept.moved && !kept.original && kept.lost == 0 && count_copies() == 1);
     assert_int_equal(strncmp(kept.path, "./", 2), 0); /* the first folder that can be written to */
     save = open_at(s, kept.path, &again, NULL);
     check_columns(&again, &whole, 0, WIDTH);
     save_drop(save);
-    free(kept.path);
+    save_kept_free(&kept);
     canvas_free(&whole);
     canvas_free(&again);
+}
+
+/* Writes to the file at this inode fail, as if its disk were full. */
+static ino_t full;
+
+ssize_t __real_pwrite(int file, const void *bytes, size_t count, off_t offset);
+ssize_t __wrap_pwrite(int file, const void *bytes, size_t count, off_t offset);
+ssize_t __wrap_pwrite(int file, const void *bytes, size_t count, off_t offset)
+{
+    struct stat status;
+    if (full && fstat(file, &status) == 0 && status.st_ino == full) {
+        errno = ENOSPC;
+        return -1;
+    }
+    return __real_pwrite(file, bytes, count, offset);
+}
+
+/* Saves a picture, the last two thirds of which find no room at path. */
+static struct save_kept keep_on_full_disk(struct scratch *s, struct canvas *whole, const char *path)
+{
+    struct stat status;
+    struct save *save = open_at(s, path, whole, NULL);
+    save_start(save, TILES, PIXELS);
+    save_at(save, 0, EDGE);
+    struct save_kept first = save_keep(save);
+    save_kept_free(&first);
+    save = open_at(s, path, whole, NULL);
+    assert_int_equal(stat(path, &status), 0);
+    save_start(save, TILES, PIXELS);
+    save_at(save, EDGE, 2 * EDGE);
+    full = status.st_ino;
+    message_capture(s->said, sizeof s->said);
+    struct save_kept kept = save_keep(save);
+    message_capture(NULL, 0);
+    full = 0;
+    return kept;
+}
+
+/* Where the journal's own disk is full, everything is written elsewhere, and the part of it on that disk is removed:
+ * the picture may need the room. */
+static void test_disk_is_full(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole, again;
+    fill(&whole);
+    canvas_init(&again, WIDTH, EDGE);
+    struct save_kept kept = keep_on_full_disk(s, &whole, PATH);
+    assert_true(kept.moved && kept.lost == 0 && count_copies() == 1);
+    assert_null(kept.original);
+    assert_int_equal(access(PATH, F_OK), -1);
+    struct save *save = open_at(s, kept.path, &again, NULL);
+    check_columns(&again, &whole, 0, WIDTH);
+    save_drop(save);
+    save_kept_free(&kept);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+static bool is_in_memory(const char *folder)
+{
+    struct statfs system;
+    return statfs(folder, &system) == 0 && system.f_type == TMPFS_MAGIC;
+}
+
+/* A copy in memory, as the current folder is there, replaces no file on a disk: that is named. */
+static void test_saved_in_memory(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole;
+    char folder[] = "/dev/shm/farm-test-XXXXXX";
+    if (!is_in_memory("/dev/shm") || is_in_memory(".")) skip();
+    fill(&whole);
+    char *path = format_text("%s/%s", s->folder, PATH);
+    assert_true(mkdtemp(folder) && chdir(folder) == 0);
+    struct save_kept kept = keep_on_full_disk(s, &whole, path);
+    assert_true(kept.moved && kept.lost == 0);
+    assert_string_equal(kept.original, path);
+    assert_int_equal(unlink(kept.path) + unlink(path), 0);
+    assert_int_equal(chdir(s->folder) + rmdir(folder), 0);
+    save_kept_free(&kept);
+    free(path);
+    canvas_free(&whole);
 }
 
 int main(void)
@@ -449,6 +535,7 @@ int main(void)
         cmocka_unit_test(test_lattices_come_back), cmocka_unit_test(test_lattices_alone_come_back),
         cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
         cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_disk_is_full),       cmocka_unit_test(test_saved_in_memory),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
