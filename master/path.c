@@ -134,7 +134,7 @@ static int named_stream(const char *path)
     size_t digits = strspn(name, "0123456789");
     if (digits == 0 || digits > 9 || name[digits]) return -1;
     char *directory = path_directory(path);
-    int stream = same_folder(directory, "/proc/self/fd") ? atoi(name) : -1;
+    int stream = same_folder(directory, "/proc/self/fd") ? (int)strtol(name, NULL, 10) : -1;
     free(directory);
     return stream;
 }
