@@ -106,7 +106,7 @@ static bool is_too_long(const struct queue *queue, const struct item *item)
 
 /*
  * Of 4096 samples of the lantern on 10,000 processors a tile of DEAR_PIXELS pixels takes up to 4 s, the whole run 3.4
- * s. 1 % more goes into tiles that count where parts may then be as small as a pixel. Tiles that wait are split down
+ * s. 2 % more goes into tiles that count where parts may then be as small as a pixel. Tiles that wait are split down
  * to DEAR_PIXELS pixels alone: nothing is predicted of parts that are smaller than the distance between probes, and
  * in pictures of 160 x 120 pixels with 256 samples up to 2.5 % more time went into what was broken up in vain.
  */

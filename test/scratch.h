@@ -2,6 +2,7 @@
 #ifndef FARM_TEST_SCRATCH_H
 #define FARM_TEST_SCRATCH_H
 
+#include <linux/magic.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -40,6 +42,13 @@ static inline int scratch_close(void **state)
     int failed = chdir(s->here) != 0 || system(command) != 0;
     free(s);
     return failed;
+}
+
+/* Whether the folder is in memory, so that what is in it is lost with the death of the machine. */
+static inline bool scratch_in_memory(const char *folder)
+{
+    struct statfs system;
+    return statfs(folder, &system) == 0 && system.f_type == TMPFS_MAGIC;
 }
 
 static inline void scratch_write_bytes(const char *name, const char *text, size_t bytes)

@@ -1,6 +1,5 @@
 /* The journal as a file: what was appended comes back, also after a kill or a full disk, and from another place. */
 #include <fcntl.h>
-#include <linux/magic.h>
 #include <math.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -12,7 +11,6 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/vfs.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -222,18 +220,11 @@ static void test_original_stays(void **state)
     assert_int_equal(unlink(PATH), 0);
 }
 
-static bool is_in_memory(const char *folder)
-{
-    struct statfs system;
-    assert_int_equal(statfs(folder, &system), 0);
-    return system.f_type == TMPFS_MAGIC;
-}
-
 /* A copy in memory does not survive the death of the machine: it does not replace a file on a disk. */
 static void test_original_of_copy_in_memory(void **state)
 {
     struct scratch *s = *state;
-    if (!is_in_memory("/dev/shm") || is_in_memory(".")) skip();
+    if (!scratch_in_memory("/dev/shm") || scratch_in_memory(".")) skip();
     char *copy = format_text("/dev/shm/farm-test-%ld.journal", (long)getpid());
     struct journal *journal = move_twice(s, copy);
     journal_remove_original(journal);

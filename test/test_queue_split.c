@@ -142,10 +142,10 @@ static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uin
 
 /* Pixels of the largest piece of the expensive tiles that late renderers got before there were predictions, and have
  * not begun. The cheap ones go to others whole. */
-static uint64_t largest_piece_of_late(uint32_t samples)
+static uint64_t largest_piece_of_late(uint32_t height, uint32_t samples)
 {
     const struct queue_config config = {.width = 640,
-                                        .height = 240,
+                                        .height = height,
                                         .renderers = 44,
                                         .tile_edge = 8,
                                         .probe_edge = 16,
@@ -183,21 +183,32 @@ static uint64_t largest_piece_of_late(uint32_t samples)
 static void test_dear_of_late_are_broken_up(void **state)
 {
     (void)state;
-    assert_int_equal(largest_piece_of_late(1), 16);
-    assert_int_equal(largest_piece_of_late(4096), 8);
+    assert_int_equal(largest_piece_of_late(480, 1), 16);
+    assert_int_equal(largest_piece_of_late(240, 1), 16);
+    assert_int_equal(largest_piece_of_late(240, 4096), 8);
+}
+
+#define BLIND 44
+
+/* begin_blind() with so many renderers, for a picture of 640 columns. */
+static struct queue *begin_blind_rows(uint32_t height, struct tile (*lots)[LOT_TILES],
+                                      uint32_t *counts)
+{
+    const struct queue_config config = {
+        .width = 640, .height = height, .renderers = BLIND, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    begin_blind(queue, lots, counts);
+    return queue;
 }
 
 /* Whether the expensive tiles that renderers got before there were predictions are broken into pieces once there are.
  * The more rows the picture has, the less of a renderer's share is one tile. */
 static bool are_blind_broken_up(uint32_t height)
 {
-    const struct queue_config config = {
-        .width = 640, .height = height, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
-    struct queue *queue = queue_create(&config);
-    struct tile lots[44][LOT_TILES];
-    uint32_t counts[44] = {0}, dear = 0, broken = 0;
-    begin_blind(queue, lots, counts);
-    for (uint32_t i = 1; i < config.renderers; i++) {
+    struct tile lots[BLIND][LOT_TILES];
+    uint32_t counts[BLIND] = {0}, dear = 0, broken = 0;
+    struct queue *queue = begin_blind_rows(height, lots, counts);
+    for (uint32_t i = 1; i < BLIND; i++) {
         for (uint32_t k = 0; k < counts[i]; k++) {
             const struct item *item = &queue->items[lots[i][k].id];
             assert_int_equal(queue_is_recalled(queue, i, lots[i][k].id), item->pieces > 0);
@@ -222,13 +233,10 @@ static void test_blind_are_broken_up(void **state)
  * the renderers that have not begun them, before or after that. */
 static void withdraw_blind(bool before)
 {
-    const struct queue_config config = {
-        .width = 640, .height = 128, .renderers = 44, .tile_edge = 8, .probe_edge = 8};
-    struct queue *queue = queue_create(&config);
-    struct tile lots[44][LOT_TILES], lot[LOT_TILES], tile;
-    uint32_t counts[44] = {0}, recalled = 0;
-    begin_blind(queue, lots, counts);
-    for (uint32_t i = 1; i < config.renderers; i++)
+    struct tile lots[BLIND][LOT_TILES], lot[LOT_TILES], tile;
+    uint32_t counts[BLIND] = {0}, recalled = 0;
+    struct queue *queue = begin_blind_rows(128, lots, counts);
+    for (uint32_t i = 1; i < BLIND; i++)
         for (uint32_t k = 1; k < counts[i]; k++) {
             if (!queue_is_recalled(queue, i, lots[i][k].id)) continue;
             recalled++;
@@ -237,7 +245,7 @@ static void withdraw_blind(bool before)
     assert_true(recalled > 0);
     queue_withdraw(queue);
     assert_int_equal(queue->waiting.count, 0);
-    for (uint32_t i = 1; i < config.renderers; i++) {
+    for (uint32_t i = 1; i < BLIND; i++) {
         queue_finish(queue, i, lots[i][0].id, 0.01, 1e-3);
         for (uint32_t k = 1; k < counts[i]; k++)
             if (queue_find_held(queue, i, lots[i][k].id, &tile))
@@ -245,7 +253,7 @@ static void withdraw_blind(bool before)
     }
     assert_true(queue_complete(queue));
     assert_int_equal(queue_next(queue, 0, 0.01, lot), 0);
-    assert_int_equal(queue_count(queue).tiles, config.renderers - 1);
+    assert_int_equal(queue_count(queue).tiles, BLIND - 1);
     queue_destroy(queue);
 }
 

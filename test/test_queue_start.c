@@ -221,7 +221,6 @@ static void test_probes_of_a_tile(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_probes_of_a_tile),
         cmocka_unit_test(test_tile_edge),
         cmocka_unit_test(test_bands_show_progress),
         cmocka_unit_test(test_too_many_tiles),
@@ -229,6 +228,7 @@ int main(void)
         cmocka_unit_test(test_auto_probe_edge),
         cmocka_unit_test(test_skip),
         cmocka_unit_test(test_passes_behind_a_finished_one),
+        cmocka_unit_test(test_probes_of_a_tile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

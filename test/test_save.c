@@ -3,12 +3,10 @@
 #include "test/scratch.h"
 
 #include <errno.h>
-#include <linux/magic.h>
 #include <math.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/vfs.h>
 
 #include "common/clock.h"
 #include "master/save.h"
@@ -501,19 +499,13 @@ static void test_disk_is_full(void **state)
     canvas_free(&again);
 }
 
-static bool is_in_memory(const char *folder)
-{
-    struct statfs system;
-    return statfs(folder, &system) == 0 && system.f_type == TMPFS_MAGIC;
-}
-
 /* A copy in memory, as the current folder is there, replaces no file on a disk: that is named. */
 static void test_saved_in_memory(void **state)
 {
     struct scratch *s = *state;
     struct canvas whole;
     char folder[] = "/dev/shm/farm-test-XXXXXX";
-    if (!is_in_memory("/dev/shm") || is_in_memory(".")) skip();
+    if (!scratch_in_memory("/dev/shm") || scratch_in_memory(".")) skip();
     fill(&whole);
     char *path = format_text("%s/%s", s->folder, PATH);
     assert_true(mkdtemp(folder) && chdir(folder) == 0);
