@@ -11,11 +11,8 @@ struct legend_entry {
     float rgb[3];
 };
 
-/*
- * Rows of pixels that the legend takes below a picture of this size. 0: there is no room for it: the picture is
- * narrower than one entry or less high than the legend, or has more than half of PICTURE_MAX_PIXELS (so that
- * with the legend it fits into any kind of file).
- */
+/* Rows of pixels that the legend takes below a picture of this size. 0: there is no room for it (dots_height()),
+ * or the picture is narrower than one entry. */
 uint32_t legend_height(uint32_t width, uint32_t height, const struct legend_entry *entries,
                        uint32_t count);
 

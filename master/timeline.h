@@ -88,15 +88,20 @@ struct heat_range {
 
 /*
  * Draws CPU seconds per pixel as colours, on a logarithmic scale from black (cheap) to white (expensive). A
- * tile's cost is distributed evenly over its pixels. canvas has the size of the rendered region.
+ * tile's cost is distributed evenly over its pixels. The canvas is as wide as the rendered region, whose height is
+ * given; rows below it are left alone.
  */
-struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas);
+struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t height,
+                                   struct canvas *canvas);
+
+/* The colour of a place on that scale, 0 (cheap) <= heat <= 1, as it is in a PNG. */
+void timeline_heat_color(double heat, float rgb[3]);
 
 /* A renderer's colour in the picture of ranks, as it is in a PNG. */
 void timeline_rank_color(uint32_t renderer, float rgb[3]);
 
 /* Draws which of `count` renderers rendered what, in a colour for each; tiles are outlined where they are at
- * least 8 pixels wide and high. canvas as above; rows below the region are left alone. */
+ * least 8 pixels wide and high. canvas as above. */
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas);
 
 #endif

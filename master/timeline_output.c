@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "master/heat_scale.h"
 #include "master/image_file.h"
 #include "master/legend.h"
 #include "master/output_file.h"
@@ -46,9 +47,11 @@ static bool write_trace(const struct timeline *timeline, const char *path,
 
 static bool write_heatmap(const struct timeline *timeline, const char *path, struct report *report)
 {
+    uint32_t width = report->image_width, height = report->image_height;
     struct canvas canvas;
-    canvas_init(&canvas, report->image_width, report->image_height);
-    report->heat = timeline_heatmap(timeline, &canvas);
+    canvas_init(&canvas, width, height + heat_scale_height(width, height));
+    report->heat = timeline_heatmap(timeline, height, &canvas);
+    if (canvas.height > height) heat_scale_draw(&canvas, height, report->heat);
     bool written = image_write_for("output.heatmap", path, &canvas, NULL);
     canvas_free(&canvas);
     return written;

@@ -48,8 +48,8 @@ static void perceived_color(double lightness, double chroma, double hue, float r
     rgb[2] = (float)srgb_encode(color.z);
 }
 
-/* From black over violet, red and orange to white, in even steps of lightness; 0 <= heat <= 1. */
-static void heat_color(double heat, float rgb[3])
+/* From black over violet, red and orange to white, in even steps of lightness. */
+void timeline_heat_color(double heat, float rgb[3])
 {
     const double violet = 0.78, yellow = 1.30; /* hues, turns */
     double chroma = 0.24 * sqrt(sin(M_PI * heat));
@@ -102,14 +102,15 @@ static struct heat_range find_range(const float *costs, size_t pixels)
 
 #define SHADES 256
 
-struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas)
+struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t height,
+                                   struct canvas *canvas)
 {
-    size_t pixels = canvas_pixels(canvas);
-    float shades[SHADES][3], *costs = pixel_costs(timeline, canvas->width, canvas->height);
+    size_t pixels = (size_t)canvas->width * height;
+    float shades[SHADES][3], *costs = pixel_costs(timeline, canvas->width, height);
     struct heat_range range = find_range(costs, pixels);
     double scale = range.highest > 0 ? (SHADES - 1) / log(range.highest / range.lowest) : 0;
     for (int i = 0; i < SHADES; i++)
-        heat_color(i / (SHADES - 1.0), shades[i]);
+        timeline_heat_color(i / (SHADES - 1.0), shades[i]);
     for (size_t i = 0; i < pixels; i++) {
         double heat = costs[i] > 0 ? scale * log((double)costs[i] / range.lowest) : 0;
         const float *shade = shades[(int)fmax(0, fmin(SHADES - 1, heat + 0.5))];

@@ -165,7 +165,7 @@ static void test_heatmap_of_passes(void **state)
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-6);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-6);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 1, 48e-6);
-    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
     assert_true(fabs(range.highest / 4e-6 - 1) < 1e-5);
     canvas_free(&canvas);
     timeline_free(&timeline);
@@ -203,7 +203,7 @@ static void test_heatmap(void **state)
         add(&timeline, TIMELINE_TILE, i, square(4 * i, 0, 4), 0, cost);
     add(&timeline, TIMELINE_PROBES, 0, square(0, 0, 4), 0, 100);
     add(&timeline, TIMELINE_WASTED, 0, square(4, 0, 4), 0, 100);
-    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
     assert_true(fabs(range.lowest / 1e-6 - 1) < 1e-5 && fabs(range.highest / 1e-4 - 1) < 1e-5);
     assert_true(lightness(&canvas, 0, 0) < 0.01);
     assert_true(lightness(&canvas, 4, 3) > 0.1 && lightness(&canvas, 7, 0) < 0.6);
@@ -224,7 +224,7 @@ static void test_heatmap_of_cyclic_shares(void **state)
         struct tile tile = {.w = 3, .h = 3, .phase = i, .step = 2};
         add(&timeline, TIMELINE_TILE, i, tile, 0, i == 0 ? 5e-6 : 4.2e-6);
     }
-    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
     assert_true(fabs(range.highest / 1.05e-6 - 1) < 1e-5);
     assert_true(fabs(range.lowest / (range.highest / 2) - 1) < 1e-5);
     assert_true(lightness(&canvas, 1, 0) > 0.98 && lightness(&canvas, 2, 1) > 0.98);
@@ -242,7 +242,7 @@ static void test_heatmap_of_extremes(void **state)
     canvas_init(&canvas, 8, 4);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-9);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-3);
-    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
     assert_true(fabs(range.highest / range.lowest / 1000 - 1) < 1e-9);
     canvas_free(&canvas);
     timeline_free(&timeline);
@@ -254,7 +254,7 @@ static void test_heatmap_of_nothing(void **state)
     const struct timeline none = {0};
     struct canvas canvas;
     canvas_init(&canvas, 2, 2);
-    struct heat_range range = timeline_heatmap(&none, &canvas);
+    struct heat_range range = timeline_heatmap(&none, canvas.height, &canvas);
     assert_true(range.lowest == 0 && range.highest == 0);
     for (int i = 0; i < 12; i++)
         assert_true(canvas.rgb[i] == 0);
