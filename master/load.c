@@ -205,16 +205,15 @@ static const struct loaded_section *section_of(const struct loader *loader,
     return &loader->sections[low];
 }
 
-/* Text that says where the earlier primitive stands, for a warning at the section of its double; the caller
- * frees it. */
-static char *place_of_earlier(const struct loaded_section *section,
-                              const struct loaded_section *earlier)
+/* Text that names the section of the earlier primitive, for a warning at that of its double; the caller frees it. */
+static char *name_of_earlier(const struct loaded_section *section,
+                             const struct loaded_section *earlier)
 {
-    if (section == earlier) return copy_text("both of the first two are here");
-    if (earlier->line == 0) return copy_text("the first one here in the place of an argument's");
+    if (section == earlier) return copy_text("another one here");
+    if (earlier->line == 0) return copy_text("that of an argument");
     if (strcmp(section->file, earlier->file) == 0)
-        return format_text("the first one here in the place of line %ld", earlier->line);
-    return format_text("the first one here in the place of %s:%ld", earlier->file, earlier->line);
+        return format_text("that of line %ld", earlier->line);
+    return format_text("that of %s:%ld", earlier->file, earlier->line);
 }
 
 /* One warning for all transparent doubles, which builder_coincident() counts: each splits the rays that reach it once
@@ -235,12 +234,13 @@ static void warn_of_coincidences(const struct loader *loader)
     }
     if (count == 0) return;
     const struct loaded_section *section = section_of(loader, first_kind, first.first);
-    char *where = place_of_earlier(section, section_of(loader, first_kind, first.earlier));
-    user_warning(section->file, section->line,
-                 "surfaces that let light through stand in the very place of earlier ones: each "
-                 "splits all rays once more, which may take very long: %llu, %s",
-                 (unsigned long long)count, where);
-    free(where);
+    char *earlier = name_of_earlier(section, section_of(loader, first_kind, first.earlier));
+    user_warning(
+        section->file, section->line,
+        "transparent surfaces coincide with earlier ones, and each splits all rays once "
+        "more, which may take very long: %llu in all; the first is here and coincides with %s",
+        (unsigned long long)count, earlier);
+    free(earlier);
 }
 
 /* A view of `count` sections of a document, which still owns them. */

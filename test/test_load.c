@@ -491,8 +491,8 @@ static void test_unprintable_name(void **state)
 }
 
 #define DOUBLES                                                                                    \
-    "surfaces that let light through stand in the very place of earlier ones: each splits all "    \
-    "rays once more, which may take very long: "
+    "transparent surfaces coincide with earlier ones, and each splits all rays once more, which "  \
+    "may take very long: "
 #define CLEAR "[material clear]\ntransmission = 0.9\n[light]\nposition = 1 2 3\n"
 #define BALL  "center = 0 0 0\nradius = 1\n"
 
@@ -517,12 +517,13 @@ static void test_glass_in_one_place(void **state)
                       "[box b]\nmin = 1 0 0\nmax = 2 1 1\nmaterial = clear\n"
                       "[sphere c]\n" BALL "material = clear\n[sphere d]\n" BALL "[sphere e]\n" BALL
                       "material = clear\n",
-                "scene.ini:20: warning: " DOUBLES "2, the first one here in the place of line 8\n");
+                "scene.ini:20: warning: " DOUBLES
+                "2 in all; the first is here and coincides with that of line 8\n");
     scratch_write("ball.ini",
                   "[material clear]\ntransmission = 0.5\n\n[sphere]\n" BALL "material = clear\n");
     assert_said(state, CLEAR "[sphere]\n" BALL "material = clear\n[include]\nfile = ball.ini\n",
                 "ball.ini:4: warning: " DOUBLES
-                "1, the first one here in the place of scene.ini:5\n");
+                "1 in all; the first is here and coincides with that of scene.ini:5\n");
     assert_said(
         state,
         "[include a]\nfile = ball.ini\n[include b]\nfile = ball.ini\ntranslate = 1 0 0\n" CLEAR,
@@ -540,11 +541,13 @@ static void test_glass_faces_in_one_place(void **state)
     snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\nf 2 4 1\n", mesh);
     scratch_write("mesh.obj", obj);
     assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n",
-                "scene.ini:5: warning: " DOUBLES "1, both of the first two are here\n");
+                "scene.ini:5: warning: " DOUBLES
+                "1 in all; the first is here and coincides with another one here\n");
     assert_said(state,
                 CLEAR "[mesh m]\nfile = mesh.obj\n"
                       "[mesh n]\nfile = mesh.obj\nmaterial = clear\ntranslate = 0 0 1\n",
-                "scene.ini:7: warning: " DOUBLES "1, both of the first two are here\n");
+                "scene.ini:7: warning: " DOUBLES
+                "1 in all; the first is here and coincides with another one here\n");
 }
 
 int main(void)
