@@ -37,6 +37,10 @@ struct smoothing {
 
 #define NONE UINT32_MAX
 
+/* Degrees. An edge whose angle is larger than the crease by that much at most counts as having that angle: vertices are
+ * rounded, mostly to six digits, and of the edges of a prism, which all have the same angle, all or none are smooth. */
+#define CREASE_SLACK 0.01
+
 static struct vec3 face_normal(const struct builder *builder, const struct triangle *triangle)
 {
     struct vec3 a = builder_vertex(builder, triangle->vertex[0]);
@@ -257,10 +261,11 @@ static void prepare(struct smoothing *s)
 const char *add_smooth_triangles(struct builder *builder, const struct triangle *triangles,
                                  size_t count, double crease)
 {
+    double largest = fmin(crease + CREASE_SLACK, 180);
     struct smoothing s = {.builder = builder,
                           .triangles = triangles,
                           .count = count,
-                          .crease_cosine = cos(crease * (M_PI / 180))};
+                          .crease_cosine = cos(largest * (M_PI / 180))};
     const char *why = NULL;
     bool rounds = crease > 0;
     if (rounds) prepare(&s);

@@ -659,6 +659,44 @@ static void test_order_of_faces(void **state)
     assert_true(fabs(mixed[1].x) < 1e-12 && mixed[1].z > 0.99 && vec_is_zero(mixed[4]));
 }
 
+/* The sides of a prism about z, turned by an angle. */
+static void put_prism(char *obj, size_t size, int sides, double turn, int digits)
+{
+    int used = 0;
+    for (int z = 0; z <= 1; z++)
+        for (int i = 0; i < sides; i++) {
+            double angle = 6.283185307179586 * i / sides + turn;
+            used += snprintf(obj + used, size - (size_t)used, "v %.*f %.*f %d\n", digits,
+                             cos(angle), digits, sin(angle), z);
+        }
+    for (int i = 1; i <= sides; i++) {
+        int next = i % sides + 1;
+        used += snprintf(obj + used, size - (size_t)used, "f %d %d %d %d\n", i, next, next + sides,
+                         i + sides);
+    }
+}
+
+/* Sides that meet at exactly the crease angle: the prism is smooth all round, however it is turned and however many
+ * digits its corners have. */
+static void test_edges_of_the_crease_angle(void **state)
+{
+    static const struct {
+        int sides;
+        const char *smooth;
+    } cases[] = {
+        {4, "smooth = 90\n"}, {6, "smooth = yes\n"}, {6, "smooth = 60\n"}, {8, "smooth = 45\n"}};
+    char obj[4096], more[64];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        for (int turn = 0; turn < 16; turn++) {
+            put_prism(obj, sizeof obj, cases[i].sides, 0.1 * turn, turn % 2 ? 6 : 17);
+            snprintf(more, sizeof more, "%srotate = 0 %d 0\n", cases[i].smooth, 17 * turn);
+            struct scene *scene = loaded(state, obj, more);
+            assert_int_equal(patches_of(scene), 2 * cases[i].sides);
+            assert_int_equal(scene->normals.count, 2 * cases[i].sides);
+            free(scene);
+        }
+}
+
 /* Half a turn of faces around one edge, one at each degree: all share a normal or none do, in any order. */
 static void test_fan_at_an_edge(void **state)
 {
@@ -724,6 +762,7 @@ int main(void)
         cmocka_unit_test(test_bumpy_grid),
         cmocka_unit_test(test_placement),
         cmocka_unit_test(test_crease_angle),
+        cmocka_unit_test(test_edges_of_the_crease_angle),
         cmocka_unit_test(test_normals_of_the_file),
         cmocka_unit_test(test_smooth_sphere),
         cmocka_unit_test(test_odd_meshes),
