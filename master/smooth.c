@@ -19,11 +19,12 @@ struct smoothing {
     struct builder *builder;
     const struct triangle *triangles;
     size_t count;
-    double crease_cosine; /* cosine of the largest angle between the normals at a smooth edge */
-    struct vec3 *faces;   /* unit normal of each triangle, 0 without area */
-    uint32_t base;        /* lowest vertex that the triangles use */
-    size_t vertices;      /* number of vertices from base to the highest one */
-    uint64_t *first;      /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
+    /* Cosine of the largest angle between the normals at a smooth edge; below that of any angle if all are smooth. */
+    double crease_cosine;
+    struct vec3 *faces; /* unit normal of each triangle, 0 without area */
+    uint32_t base;      /* lowest vertex that the triangles use */
+    size_t vertices;    /* number of vertices from base to the highest one */
+    uint64_t *first;    /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
     uint64_t *list;
     struct vec3 *normals; /* of each corner that leads a group, not normalised; 0: none */
     uint64_t *leader; /* of each corner: the first corner of its group; a group shares a normal */
@@ -195,14 +196,23 @@ static void group_corners(struct smoothing *s, const uint64_t *corners, size_t c
     }
 }
 
+/* A sum of normals that is so small a share of its weights is what rounding has left of normals that cancel out. */
+#define CANCELLED 1e-12
+
 static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t count)
 {
+    double weights = 0;
     group_corners(s, corners, count);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t leader = corners[union_find_root(s->groups, i)];
+        double weight = corner_angle(s, corners[i]);
         s->leader[corners[i]] = leader;
-        s->normals[leader] = vec_add_scaled(s->normals[leader], s->faces[corners[i] / 3],
-                                            corner_angle(s, corners[i]));
+        s->normals[leader] = vec_add_scaled(s->normals[leader], s->faces[corners[i] / 3], weight);
+        weights += weight;
+    }
+    for (size_t i = 0; i < count; i++) {
+        struct vec3 *sum = &s->normals[s->leader[corners[i]]];
+        if (vec_largest(*sum) <= CANCELLED * weights) *sum = vec3(0, 0, 0);
     }
 }
 
@@ -261,11 +271,11 @@ static void prepare(struct smoothing *s)
 const char *add_smooth_triangles(struct builder *builder, const struct triangle *triangles,
                                  size_t count, double crease)
 {
-    double largest = fmin(crease + CREASE_SLACK, 180);
+    double largest = crease + CREASE_SLACK;
     struct smoothing s = {.builder = builder,
                           .triangles = triangles,
                           .count = count,
-                          .crease_cosine = cos(largest * (M_PI / 180))};
+                          .crease_cosine = largest < 180 ? cos(largest * (M_PI / 180)) : -2};
     const char *why = NULL;
     bool rounds = crease > 0;
     if (rounds) prepare(&s);

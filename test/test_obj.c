@@ -697,6 +697,25 @@ static void test_edges_of_the_crease_angle(void **state)
         }
 }
 
+/* A flat sheet with a face for either side, all of whose edges are rounded: the normals cancel out, though not to the
+ * last bit, and the sheet stays flat. */
+static void test_normals_that_cancel_out(void **state)
+{
+    const char *const obj =
+        "v 0 0 0\nv 1 0 .1\nv 1 1 .3\nv 0 1 .2\nf 1 2 3\nf 3 2 1\nf 1 3 4\nf 3 1 4\n";
+    for (int turn = 0; turn < 32; turn++) {
+        char more[64];
+        snprintf(more, sizeof more, "smooth = 180\nrotate = %d %d 0\n", 11 * turn, 17 * turn);
+        struct scene *scene = loaded(state, obj, more);
+        const struct patch *patches = scene_patches(scene);
+        for (uint64_t i = 0; i < patches_of(scene); i++)
+            for (int k = 1; k < 3; k++)
+                assert_true(fabs(vec_dot(scene_normals(scene)[patches[i].normal[0]],
+                                         scene_normals(scene)[patches[i].normal[k]])) > 0.999);
+        free(scene);
+    }
+}
+
 /* Half a turn of faces around one edge, one at each degree: all share a normal or none do, in any order. */
 static void test_fan_at_an_edge(void **state)
 {
@@ -763,6 +782,7 @@ int main(void)
         cmocka_unit_test(test_placement),
         cmocka_unit_test(test_crease_angle),
         cmocka_unit_test(test_edges_of_the_crease_angle),
+        cmocka_unit_test(test_normals_that_cancel_out),
         cmocka_unit_test(test_normals_of_the_file),
         cmocka_unit_test(test_smooth_sphere),
         cmocka_unit_test(test_odd_meshes),
