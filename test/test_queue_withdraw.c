@@ -84,6 +84,34 @@ static void test_withdraw(void **state)
     }
 }
 
+/* Pieces of a piece that its holder has dropped are not withdrawn: without them the tile that all of them are parts of
+ * would never be finished. */
+static void test_pieces_of_a_piece_stay(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES], tile;
+    assert_true(queue_next(queue, 0, 0, lot) > 0);
+    uint32_t count, whole = lot[0].id;
+    assert_true(pieces_make(queue, whole, 2, 0));
+    uint32_t piece = queue->items[whole].first_piece;
+    while (!queue_find_held(queue, 1, piece, &tile)) {
+        count = queue_next(queue, 1, 0, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            if (lot[i].id != piece) queue_finish(queue, 1, lot[i].id, 0, 1e-4);
+    }
+    assert_true(pieces_make(queue, piece, 4, 0));
+    queue_tell(queue, holdings_find(&queue->holdings, 1, piece), false);
+    queue_drop(queue, 1, piece, 0, 0);
+    queue_withdraw(queue);
+    assert_int_equal(queue->items[piece].pieces, 4);
+    while ((count = queue_next(queue, 2, 0, lot)) > 0)
+        finish_lot(queue, 2, lot, count, 0);
+    assert_true(queue->items[whole].finished);
+    queue_destroy(queue);
+}
+
 /* The queue does not wait for a renderer that has stopped while it held tiles that are withdrawn. */
 static void test_withdraw_from_stopped(void **state)
 {
@@ -102,6 +130,10 @@ static void test_withdraw_from_stopped(void **state)
         queue_look(queue, now);
     }
     assert_true(queue_complete(queue) && queue_tile_count(queue, 2) > 0);
+    /* Should it go on, it is to give up the tile, begun or not. */
+    uint32_t id = queue->holdings.holds[queue->holdings.holders[2].last].id;
+    assert_true(queue->items[id].pass == 0 && queue->items[id].replaced);
+    assert_int_equal(told_finished(queue, 2, id), 1);
     check_sums(queue);
     queue_destroy(queue);
 }
@@ -158,6 +190,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_withdraw),
+        cmocka_unit_test(test_pieces_of_a_piece_stay),
         cmocka_unit_test(test_withdraw_from_stopped),
         cmocka_unit_test(test_probes_end),
     };
