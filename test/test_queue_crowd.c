@@ -62,6 +62,25 @@ static void test_idle_without_a_core(void **state)
     crowd_free(&crowd);
 }
 
+/* Where renderers share cores, none is asked to report tiles that take long: it may not have had a core meanwhile. */
+static void test_shared_cores_report_nothing(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    for (int shared = 0; shared <= 1; shared++) {
+        struct tile lot[LOT_TILES];
+        float report_s[LOT_TILES];
+        config.crowd = shared ? &crowd : NULL;
+        struct queue *queue = queue_create(&config);
+        uint32_t count = queue_next(queue, 0, 0, lot);
+        assert_true(count > 0);
+        assert_int_equal(queue_report_times(queue, 0, lot, count, report_s), shared ? 0 : count);
+        queue_destroy(queue);
+    }
+    crowd_free(&crowd);
+}
+
 /* The core of a renderer that has finished its tiles is free for others at once. */
 static void test_finished_leaves_a_core(void **state)
 {
@@ -124,6 +143,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_idle_without_a_core),
+        cmocka_unit_test(test_shared_cores_report_nothing),
         cmocka_unit_test(test_finished_leaves_a_core),
         cmocka_unit_test(test_stopped_with_probes),
         cmocka_unit_test(test_seconds_of_a_crowd),

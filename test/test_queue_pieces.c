@@ -181,6 +181,40 @@ static void test_pieces_of_a_piece(void **state)
     }
 }
 
+/* Pieces of a tile that has taken longer than it was thought to take at worst are predicted from that time, their worst
+ * cases, too. */
+static void test_pieces_of_what_takes_long(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES];
+    assert_true(queue_next(queue, 0, 0, lot) > 0);
+    const double known = 100 * (double)queue->items[lot[0].id].worst;
+    assert_true(pieces_make(queue, lot[0].id, 4, known));
+    const struct item *whole = &queue->items[lot[0].id];
+    for (uint32_t i = 0; i < whole->pieces; i++) {
+        const struct item *piece = &queue->items[whole->first_piece + i];
+        assert_sum((double)piece->work, known * (double)area(piece) / (double)area(whole), known);
+        assert_true(piece->worst >= piece->work);
+    }
+    queue_destroy(queue);
+}
+
+/* There are never more tiles than QUEUE_MAX_TILES: one that would make more is not broken up. */
+static void test_pieces_within_the_limit(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES];
+    assert_true(queue_next(queue, 0, 0, lot) > 0);
+    uint32_t items = queue->item_count;
+    queue->item_count = QUEUE_MAX_TILES - 3;
+    assert_false(pieces_make(queue, lot[0].id, 4, 0));
+    queue->item_count = items;
+    assert_true(pieces_make(queue, lot[0].id, 4, 0));
+    queue_destroy(queue);
+}
+
 /* A renderer is told, once, that others have finished what it is working on, and may drop it half done: the whole tile
  * when all pieces are back, a piece when the whole tile is. */
 static void test_finished_is_told(void **state)
@@ -253,6 +287,8 @@ int main(void)
         cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_whole_before_last_piece),
         cmocka_unit_test(test_pieces_of_a_piece),
+        cmocka_unit_test(test_pieces_of_what_takes_long),
+        cmocka_unit_test(test_pieces_within_the_limit),
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
     };

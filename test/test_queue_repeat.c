@@ -183,6 +183,20 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
+/* A late renderer that asks, as it has room for another lot, gets nothing: it may have stopped since, and messages to it
+ * would pile up. */
+static void test_late_gets_nothing(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 0);
+    queue_look(queue, 0.5);
+    assert_true(queue->pace.renderers[1].lost && queue->waiting.count > 0);
+    assert_false(queue_is_full(queue, 1));
+    assert_int_equal(queue_next(queue, 1, 0.5, tiles), 0);
+    queue_destroy(queue);
+}
+
 /* A renderer that has answered for a tile in the meantime is not told any more that another one has it. */
 static void test_answered_is_not_recalled(void **state)
 {
@@ -261,6 +275,7 @@ int main(void)
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_late_gets_nothing),
         cmocka_unit_test(test_answered_is_not_recalled),
         cmocka_unit_test(test_late_behind_a_later_one),
         cmocka_unit_test(test_stopped_behind_a_late_one),
