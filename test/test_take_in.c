@@ -95,6 +95,34 @@ static void test_answer_in_a_tray(void **state)
     farm_close(farm);
 }
 
+/* The time for which answers have waited is that of each of them, since messages were last looked for. */
+static void test_waits_are_counted(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    struct tile tile;
+    tray_init(tray);
+    farm->trays[1] = tray;
+    hand_out(&farm->server, 1);
+    for (uint32_t i = 0, id = 0; i < 2; i++, id++, letter.size = 0) {
+        while (!queue_find_held(farm->service.queue, 1, id, &tile))
+            id++;
+        write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
+        memcpy(tray->result[i], letter.bytes, letter.size);
+        slots_fill(&tray->results, i, (uint32_t)letter.size);
+    }
+    arrivals_leave(farm->arrivals, 1);
+    farm->server.polled_at = clock_wall() - 100;
+    assert_true(take_in(&farm->server));
+    assert_int_equal(farm->stats[1].tiles, 2);
+    assert_true(farm->service.answer_wait_s >= 200);
+    assert_true(fabs(farm->service.answer_wait_most_s * 2 - farm->service.answer_wait_s) < 1e-6);
+    tray_free(tray);
+    free(tray);
+    farm_close(farm);
+}
+
 /* A PONG is a sign of life. A renderer that has sent its statistics at the end is gone. */
 static void test_goodbye(void **state)
 {
@@ -252,10 +280,10 @@ static void test_less_than_asked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers_are_counted),    cmocka_unit_test(test_what_is_not_finished),
-        cmocka_unit_test(test_answer_in_a_tray),       cmocka_unit_test(test_goodbye),
-        cmocka_unit_test(test_probes_are_not_counted), cmocka_unit_test(test_wrong_messages),
-        cmocka_unit_test(test_less_than_asked),
+        cmocka_unit_test(test_answers_are_counted), cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_answer_in_a_tray),    cmocka_unit_test(test_goodbye),
+        cmocka_unit_test(test_waits_are_counted),   cmocka_unit_test(test_probes_are_not_counted),
+        cmocka_unit_test(test_wrong_messages),      cmocka_unit_test(test_less_than_asked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
