@@ -8,6 +8,7 @@
 #include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,8 +43,9 @@ static struct {
     int heard;    /* bytes of the last message */
     char result[2 * RESULT_SHORT];
     size_t result_bytes;
-    struct result_header headers[4]; /* that the first results begin with */
-    size_t sizes[4];
+    struct result_header headers[8]; /* that the first results begin with */
+    size_t sizes[8];
+    struct renderer_stats goodbye;
     unsigned results, stats, messages;
     unsigned wanted; /* results before STOP */
     struct bell bell;
@@ -123,6 +125,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     /* It is counted before it is sent. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
     master.stats += tag == TAG_RENDERER_TO_MASTER_STATS;
+    if (tag == TAG_RENDERER_TO_MASTER_STATS) memcpy(&master.goodbye, buffer, (size_t)count);
     look_into_tray();
     if (tag == TAG_RENDERER_TO_MASTER_RESULT) count_result(buffer, (size_t)count);
     return MPI_SUCCESS;
@@ -235,7 +238,8 @@ struct manner {
     unsigned held_up;
     unsigned full;
     const struct line *late_lot;
-    bool served; /* by another thread: nothing is said or filled here */
+    bool served;   /* by another thread: nothing is said or filled here */
+    uint32_t edge; /* of the picture; 0: EDGE */
 };
 
 static void begin_to_speak(const struct manner *manner, pthread_t *thread)
@@ -254,7 +258,7 @@ static void begin_to_speak(const struct manner *manner, pthread_t *thread)
 static void follow_in(const struct manner *manner, const struct line *lines, size_t count,
                       unsigned wanted)
 {
-    struct view view = small_view(EDGE);
+    struct view view = small_view(manner->edge ? manner->edge : EDGE);
     struct builder *builder = builder_create();
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
@@ -365,6 +369,16 @@ static void test_gives_up_what_is_finished(void **state)
                                         NOTHING,    NOTHING, NOTHING, STOP};
     follow(lines, sizeof lines / sizeof *lines, 1);
     check_result(true, true);
+}
+
+/* At STOP the tile in work is given up: whoever has stopped the run does not wait for it. */
+static void test_stops_in_a_tile(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {BEGIN, NOTHING, /* before the first tile */ STOP};
+    follow(lines, sizeof lines / sizeof *lines, 0);
+    assert_int_equal(master.results, 0);
+    assert_int_equal(master.stats, 1);
 }
 
 /* A tile that has been begun is finished if another renderer merely has it, too. */
@@ -490,6 +504,86 @@ static void test_tray_is_checked(void **state)
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         assert_fatal(follow_wrong, &wrong[i],
                      "farm: rank 0: the master left a lot where it makes no sense\n");
+}
+
+/* A message of one lot, which has all kinds of parts. */
+struct large_lot {
+    struct lot_header header;
+    float report_s[2];
+    struct tile tiles[LOT_TILES + 1];
+};
+
+static const struct large_lot good_lot = {
+    .header = {.answer_s = 1e9, .reports = 2},
+    .tiles = {{.id = 5, .w = EDGE, .h = 1, .step = 1},
+              {.id = 9, .y = 1, .w = EDGE, .h = 1, .step = 1}}};
+
+/* Bytes of a lot with this number of tiles, with reports for two. */
+static size_t large_bytes(size_t tiles)
+{
+    return offsetof(struct large_lot, tiles) + tiles * sizeof(struct tile);
+}
+
+struct unfit_lot {
+    struct large_lot lot;
+    size_t bytes;
+    uint32_t edge; /* of the picture; 0: EDGE */
+};
+
+static void follow_unfit(void *state)
+{
+    const struct unfit_lot *it = state;
+    const struct line lines[] = {
+        SAID, {TAG_MASTER_TO_RENDERER_TILES, &it->lot, it->bytes}, NOTHING, NOTHING, STOP};
+    follow_in(&(struct manner){.edge = it->edge}, lines, sizeof lines / sizeof *lines, 1);
+}
+
+static void assert_unfit(const struct unfit_lot *unfit, const char *why)
+{
+    char line[128];
+    struct unfit_lot copy = *unfit;
+    snprintf(line, sizeof line, "farm: rank 0: the master sent a %s\n", why);
+    assert_fatal(follow_unfit, &copy, line);
+}
+
+/* A lot whose header makes no sense ends the farm. */
+static void test_lot_headers_are_checked(void **state)
+{
+    (void)state;
+    struct unfit_lot it = {.lot = good_lot, .bytes = sizeof(struct lot_header) - 8};
+    assert_unfit(&it, "lot without tiles");
+    it.bytes = large_bytes(0);
+    assert_unfit(&it, "lot without tiles");
+    it.bytes = large_bytes(2);
+    it.lot.header.wakes_master = 2;
+    assert_unfit(&it, "lot that makes no sense");
+    it.lot = good_lot, it.lot.header.answer_s = (double)NAN;
+    assert_unfit(&it, "lot that makes no sense");
+    it.lot = good_lot, it.lot.header.reports = LOT_TILES + 1;
+    assert_unfit(&it, "lot that makes no sense");
+    it.lot = good_lot, it.lot.report_s[1] = NAN;
+    assert_unfit(&it, "lot that makes no sense");
+    it.lot = good_lot, it.bytes = large_bytes(1); /* a tile less than there are reports */
+    assert_unfit(&it, "lot that makes no sense");
+}
+
+/* So does one whose tiles do, or that has more of them, or more pixels, than there is room for. */
+static void test_lot_tiles_are_checked(void **state)
+{
+    (void)state;
+    struct unfit_lot it = {.lot = good_lot, .bytes = large_bytes(2) - 8};
+    assert_unfit(&it, "tile that is not part of the picture"); /* half a tile */
+    it.bytes = large_bytes(2), it.lot.tiles[1].y = EDGE;
+    assert_unfit(&it, "tile that is not part of the picture");
+    it.lot = good_lot, it.lot.tiles[0].pass = 1; /* without adaptive sampling */
+    assert_unfit(&it, "tile that is not part of the picture");
+    it.lot = good_lot, it.bytes = large_bytes(LOT_TILES + 1);
+    for (size_t i = 0; i <= LOT_TILES; i++)
+        it.lot.tiles[i] = good_lot.tiles[0];
+    assert_unfit(&it, "tile that is not part of the picture");
+    it = (struct unfit_lot){.lot = good_lot, .bytes = large_bytes(2), .edge = 1024};
+    it.lot.tiles[0].w = it.lot.tiles[0].h = 1024; /* as many as there may be */
+    assert_unfit(&it, "lot of too many pixels");
 }
 
 #define LOTS_IN_ALL 7
@@ -646,6 +740,33 @@ static void tell_of(uint32_t number, struct tray *tray)
         assert_int_equal(master.sizes[result], each);
     }
     assert_true(told->busy_s > 0 && master.headers[number + 1].busy_s >= told->busy_s);
+    assert_int_equal(master.goodbye.bytes, 2 * each + sizeof *told);
+}
+
+/* A tile that goes on and on is reported again only when it has taken twice as long. */
+static void test_tells_again_seldom(void **state)
+{
+    (void)state;
+    enum { EDGE_LONG = 128, POLLS = 50 };
+    struct {
+        struct lot_header header;
+        float report_s[2];
+        struct tile tile;
+    } long_lot = {.header = {.answer_s = 1e9, .reports = 1},
+                  .tile = {.w = EDGE_LONG, .h = EDGE_LONG, .step = 1}};
+    struct line lines[POLLS + 3] = {
+        {TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+        {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
+    };
+    for (size_t i = 2; i < POLLS + 2; i++)
+        lines[i] = (struct line){0, NULL, 200};
+    lines[POLLS + 2] = (struct line)STOP;
+    follow_in(&(struct manner){.edge = EDGE_LONG}, lines, POLLS + 3, 1);
+    assert_true(master.results >= 2 && unfinished_valid(&master.headers[0]));
+    for (unsigned i = 1; i < master.results && i < 8; i++) {
+        assert_true(unfinished_valid(&master.headers[i]));
+        assert_true(master.headers[i].busy_s >= 1.999 * master.headers[i - 1].busy_s);
+    }
 }
 
 /* During a long lot the master polls in any case, and is not called. */
@@ -708,18 +829,22 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gives_up_what_is_finished),
+        cmocka_unit_test(test_stops_in_a_tile),
         cmocka_unit_test(test_keeps_what_others_have),
         cmocka_unit_test(test_drops_what_is_not_begun),
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_order),
         cmocka_unit_test(test_tray_is_checked),
+        cmocka_unit_test(test_lot_headers_are_checked),
+        cmocka_unit_test(test_lot_tiles_are_checked),
         cmocka_unit_test(test_many_lots),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),
         cmocka_unit_test(test_renders_on_while_it_sends),
         cmocka_unit_test(test_tells_of_what_takes_long),
+        cmocka_unit_test(test_tells_again_seldom),
         cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),
     };
