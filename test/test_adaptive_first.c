@@ -19,10 +19,11 @@ static double first_seconds(void)
 static const struct tile everything = {.w = EDGE, .h = EDGE, .step = 1};
 
 /* Renders the first rows of pass 0, then cuts it off; returns how many pixels have no samples. */
-static uint64_t cut_off(struct result *result, scene_function *f, const struct view *view)
+static uint64_t cut_off(struct result *result, scene_function *f, const struct view *view,
+                        double target)
 {
     canvas_init(&result->canvas, EDGE, EDGE);
-    result->adaptive = adaptive_create(view, &result->canvas, 0);
+    result->adaptive = adaptive_create(view, &result->canvas, target);
     for (uint32_t x = 0; x < EDGE; x += 16)
         render_tile(result->adaptive, view, f, &(struct tile){.x = x, .w = 16, .h = 16, .step = 1});
     uint64_t left = adaptive_unsampled(result->adaptive);
@@ -57,9 +58,12 @@ static void test_cut_off(void **state)
     canvas_init(&whole.canvas, EDGE, EDGE);
     whole.adaptive = adaptive_create(&view, &whole.canvas, 0);
     render_pass(whole.adaptive, &view, ball, 16, false);
-    double needed = (double)cut_off(&cut, ball, &view) * first_seconds();
+    double needed = (double)cut_off(&cut, ball, &view, 0) * first_seconds();
     assert_true(adaptive_plan(cut.adaptive, 0.13 * needed));
     check_lattice(cut.adaptive, 3);
+    adaptive_cut(cut.adaptive, 1e9); /* such passes are not cut off in turn */
+    check_lattice(cut.adaptive, 3);
+    assert_false(adaptive_is_complete(cut.adaptive));
     render_pass(cut.adaptive, &view, ball, 32, false);
     assert_true(isnan(adaptive_forecast(cut.adaptive, 1e-4, 1.5)));
     assert_true(
@@ -81,13 +85,27 @@ static void test_cut_off(void **state)
     drop(&cut);
 }
 
+/* However small the error of those pixels that have samples, the target is not met before all have some. */
+static void test_not_met_without_samples(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 64);
+    struct result cut;
+    cut_off(&cut, ball, &view, 1e9);
+    assert_false(adaptive_is_met(cut.adaptive));
+    assert_true(adaptive_plan(cut.adaptive, HUGE_VAL));
+    render_pass(cut.adaptive, &view, ball, 32, false);
+    assert_true(adaptive_is_met(cut.adaptive));
+    drop(&cut);
+}
+
 /* Where there is no time at all, each pass asks for the coarsest lattice that has pixels without samples. */
 static void test_no_time(void **state)
 {
     (void)state;
     struct view view = view_of(4, 64);
     struct result cut;
-    cut_off(&cut, ball, &view);
+    cut_off(&cut, ball, &view, 0);
     for (uint32_t lattice = LATTICE_COARSEST + 1; lattice-- > 0;) {
         assert_true(adaptive_plan(cut.adaptive, 0));
         check_lattice(cut.adaptive, lattice);
@@ -103,8 +121,8 @@ static void test_lattice_again(void **state)
     (void)state;
     struct view view = view_of(4, 64);
     struct result first, again;
-    double needed = (double)cut_off(&first, ball, &view) * first_seconds();
-    cut_off(&again, ball, &view);
+    double needed = (double)cut_off(&first, ball, &view, 0) * first_seconds();
+    cut_off(&again, ball, &view, 0);
     assert_true(adaptive_plan(first.adaptive, 0.3 * needed));
     const double strange[] = {0, 0.5, -0.5, -1.5, -2 - (double)LATTICE_COARSEST, -1e300, -HUGE_VAL};
     for (size_t i = 0; i < sizeof strange / sizeof *strange; i++)
@@ -172,6 +190,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cut_off),
+        cmocka_unit_test(test_not_met_without_samples),
         cmocka_unit_test(test_no_time),
         cmocka_unit_test(test_lattice_again),
         cmocka_unit_test(test_strange_limit_cuts_nothing),

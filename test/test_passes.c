@@ -120,11 +120,50 @@ static void test_time_is_kept(void **state)
     farm_close(farm);
 }
 
+/* Whether pass 0 is cut off once it is known that so much time is left, wall seconds. */
+static bool is_cut_with(struct farm *farm, double left)
+{
+    farm->service.deadline = clock_wall() + left;
+    farm->server.next_cut = 0; /* it is time to look again */
+    follow_passes(&farm->server);
+    return farm->server.is_cut;
+}
+
+/* Pass 0 is cut off when it is going to be late at some looks in a row: a renderer that is late for a moment makes the
+ * end look further away. What waits is withdrawn then. */
+static void test_cut_when_late(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct view view = {.min_samples = 4, .max_samples = 64};
+    struct queue *queue = farm->service.queue;
+    farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-5);
+    farm->server.last_pass = false;
+    farm->server.start -= 10;
+    hand_out(&farm->server, 1);
+    finish_all(&farm->server, 100);
+    hand_out(&farm->server, 1);
+    uint32_t tiles = queue_count(queue).tiles;
+    for (int look = 0; look < 20; look++) {
+        bool late = look % 3 > 0;
+        assert_false(is_cut_with(farm, late ? 1 : 1e9));
+        assert_int_equal(farm->server.late_looks, look % 3);
+    }
+    assert_false(is_cut_with(farm, 1e9));
+    assert_false(is_cut_with(farm, 1) || is_cut_with(farm, 1));
+    assert_int_equal(queue_count(queue).tiles, tiles);
+    assert_true(is_cut_with(farm, 1));
+    assert_true(queue_count(queue).tiles < tiles);
+    adaptive_destroy(farm->service.adaptive);
+    farm_close(farm);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pass_fits_the_time),
         cmocka_unit_test(test_time_is_kept),
+        cmocka_unit_test(test_cut_when_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
