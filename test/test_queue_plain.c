@@ -183,6 +183,21 @@ static void test_progress_of_shares(void **state)
     }
 }
 
+/* With more renderers than rows or pixels, some shares are empty: they do not count. */
+static void test_progress_of_empty_shares(void **state)
+{
+    (void)state;
+    for (int schedule = SCHEDULE_STRIPS; schedule < SCHEDULES; schedule++) {
+        struct queue_config config = {
+            .schedule = (enum schedule)schedule, .width = 2, .height = 2, .renderers = 9};
+        struct queue *queue = queue_create(&config);
+        assert_true(do_next(queue, 0, 10, 5));
+        struct queue_count count = queue_count(queue);
+        assert_true(count.share_finished > 0 && count.share_finished < 1);
+        queue_destroy(queue);
+    }
+}
+
 /* ---- renderers that give no sign of life ---- */
 
 /* Renderers 0 and 2 do all that they get, in turn, until neither gets anything. */
@@ -268,6 +283,7 @@ int main(void)
         cmocka_unit_test(test_reserve),
         cmocka_unit_test(test_progress_of_resumed_shares),
         cmocka_unit_test(test_progress_of_shares),
+        cmocka_unit_test(test_progress_of_empty_shares),
         cmocka_unit_test(test_silent),
         cmocka_unit_test(test_nobody_is_silent),
     };

@@ -183,8 +183,8 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
-/* A late renderer that asks, as it has room for another lot, gets nothing: it may have stopped since, and messages to it
- * would pile up. */
+/* A late renderer that asks, as it has room for another lot, gets nothing: it may have stopped since, and messages to
+ * it would pile up. */
 static void test_late_gets_nothing(void **state)
 {
     (void)state;

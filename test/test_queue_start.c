@@ -51,6 +51,20 @@ static void test_bands_show_progress(void **state)
     }
 }
 
+/* A band for very many renderers has no more rows than a tile may have, else no renderer would take it. */
+static void test_bands_fit_into_tiles(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_CYCLIC, .width = 16384, .height = 16384, .renderers = 1000};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    assert_int_equal(queue_tile_edge(queue), TILE_MAX_PIXELS / 16384);
+    assert_int_equal(queue_next(queue, 999, 0, lot), 1);
+    assert_true(tile_message_valid(&lot[0], 16384, 16384));
+    queue_destroy(queue);
+}
+
 static void test_too_many_tiles(void **state)
 {
     (void)state;
@@ -162,6 +176,33 @@ static void test_skip(void **state)
     }
 }
 
+static uint32_t upper_half(void *state, const struct tile *tile)
+{
+    (void)state;
+    return tile->y < 24 ? tile_pixels(tile) : 0;
+}
+
+/* The end is foretold from what is left to this run: what an earlier one has finished takes no time. */
+static void test_end_of_what_is_left(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 64, .height = 48, .renderers = 1, .tile_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    double now = 0, pixels = 0;
+    queue_skip(queue, upper_half, NULL);
+    while (pixels < 12 * 64) {
+        uint32_t count = queue_next(queue, 0, now, lot);
+        for (uint32_t i = 0; i < count; i++) {
+            double seconds = tile_pixels(&lot[i]) / 64.0;
+            queue_finish(queue, 0, lot[i].id, now += seconds, seconds);
+            pixels += tile_pixels(&lot[i]);
+        }
+    }
+    assert_true(pixels < 24 * 64 && fabs(queue_ends(queue, now) - 24) < 1e-6);
+    queue_destroy(queue);
+}
+
 /* Where an earlier run has finished pass 0, tiles of later passes are predicted from probes all the same. */
 static void test_passes_behind_a_finished_one(void **state)
 {
@@ -223,10 +264,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tile_edge),
         cmocka_unit_test(test_bands_show_progress),
+        cmocka_unit_test(test_bands_fit_into_tiles),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),
         cmocka_unit_test(test_skip),
+        cmocka_unit_test(test_end_of_what_is_left),
         cmocka_unit_test(test_passes_behind_a_finished_one),
         cmocka_unit_test(test_probes_of_a_tile),
     };
