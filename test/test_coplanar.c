@@ -70,6 +70,44 @@ static void test_are_in_one_surface(void **state)
     free(scene);
 }
 
+#define ROUND 9
+
+/* Cones and cylinders, and to which of them the surface belongs that each of the following ones has. */
+static const struct {
+    struct cone cone;
+    uint32_t same;
+} rounds[ROUND] = {
+    {{{0, 1, 0}, {0, 5, 0}, 1, 1, 0, 0}, 0},
+    {{{0, 9, 0}, {0, 2, 0}, 1, 1, 0, 0}, 0},       /* another part of the same cylinder */
+    {{{3, 1, 0}, {3, 5, 0}, 1, 1, 0, 0}, 2},       /* beside it */
+    {{{0, 1, 0}, {0, 5, 0}, 2, 2, 0, 0}, 3},       /* around it */
+    {{{0, 1, 0}, {0x1p-52, 5, 0}, 1, 1, 0, 0}, 4}, /* oblique */
+    {{{0, 1, 0}, {0, 5, 0}, 1, 2, 0, 0}, 5},
+    {{{0, 5, 0}, {0, 1, 0}, 2, 1, 0, 0}, 5}, /* the same from its other end */
+    {{{0, 5, 0}, {0, 1, 0}, 1, 2, 0, 0}, 7},
+    {{{0, 1, 0}, {0, 5, 0}, 1, 3, 0, 0}, 8},
+};
+
+/* The sides of two cylinders lie in one surface if they have one axis and radius, those of two cones if they are the
+ * same one. */
+static void test_round_sides(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (uint32_t i = 0; i < ROUND; i++)
+        assert_added(builder_add_cone(builder, &rounds[i].cone));
+    struct scene *scene = finish_scene(builder);
+    for (uint32_t i = 0; i < ROUND; i++)
+        for (uint32_t k = 0; k < ROUND; k++) {
+            uint32_t a = primitive_id(PRIMITIVE_CONE, i), b = primitive_id(PRIMITIVE_CONE, k);
+            bool same = rounds[i].same == rounds[k].same;
+            assert_int_equal(surfaces_of(scene, a, CONE_SIDE, b, CONE_SIDE),
+                             same ? SURFACES_ONE_ROUND : SURFACES_TWO);
+        }
+    free(scene);
+}
+
 /* sum += (a x b).c */
 static void add_determinant(struct accumulator *sum, struct vec3 a, struct vec3 b, struct vec3 c,
                             bool subtract)
@@ -225,6 +263,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_are_in_one_surface),
+        cmocka_unit_test(test_round_sides),
         cmocka_unit_test(test_by_exact_sums),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -243,17 +243,22 @@ static void test_sphere_seen_from_inside(void **state)
     free(scene);
 }
 
-/* Eight faces around the eye, except that of one octant; -1: all of them. */
-static struct scene *octahedron(int without)
+/* Eight faces around the eye, with corners at this distance, except the face of one octant; -1: all of them. */
+static void add_octahedron(struct builder *builder, uint32_t glass, double size, int without)
 {
-    struct builder *builder = builder_create();
-    uint32_t glass = add_glass(builder, 1.5, 1);
     for (int octant = 0; octant < 8; octant++) {
-        double x = octant & 1 ? -1 : 1, y = octant & 2 ? -1 : 1, z = octant & 4 ? -1 : 1;
+        double x = octant & 1 ? -size : size, y = octant & 2 ? -size : size,
+               z = octant & 4 ? -size : size;
         struct vec3 a = {x, 0, 0}, b = {0, y, 0}, c = {0, 0, z};
         if (octant == without) continue;
         add_triangle(builder, a, x * y * z > 0 ? b : c, x * y * z > 0 ? c : b, glass);
     }
+}
+
+static struct scene *octahedron(int without)
+{
+    struct builder *builder = builder_create();
+    add_octahedron(builder, add_glass(builder, 1.5, 1), 1, without);
     return finish_scene(builder);
 }
 
@@ -274,6 +279,34 @@ static void test_eye_in_an_open_mesh(void **state)
         free(scene);
     }
     assert_int_equal(outside, 4);
+}
+
+/* A mesh with a hole around a closed one of the same medium: where one of four rays leaves through the hole, they agree
+ * that the eye is in that medium once, else twice. */
+static void test_eye_in_two_meshes(void **state)
+{
+    (void)state;
+    uint32_t once = 0;
+    for (int without = 0; without < 8; without++) {
+        struct builder *builder = builder_create();
+        uint32_t glass = add_glass(builder, 1.5, 1);
+        add_octahedron(builder, glass, 1, -1);
+        add_octahedron(builder, glass, 2, without);
+        struct scene *scene = finish_scene(builder);
+        struct bvh *bvh = build_tree(scene);
+        struct media *media = media_create(scene);
+        uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+        uint32_t face = primitive_id(PRIMITIVE_TRIANGLE, 0);
+        struct crossing_media at = media_cross(media, inside, face, false);
+        once += at.to == 1;
+        assert_crossing(at, 1.5, at.to == 1 ? 1 : 1.5, false);
+        at = media_cross(media, at.stack, face, false);
+        assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+        media_destroy(media);
+        free(bvh);
+        free(scene);
+    }
+    assert_int_equal(once, 4);
 }
 
 /* In water whose bed is a floor with a block on it, both opaque: the rays that look for what is around
@@ -323,6 +356,7 @@ int main(void)
         cmocka_unit_test(test_eye_in_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),
         cmocka_unit_test(test_eye_in_an_open_mesh),
+        cmocka_unit_test(test_eye_in_two_meshes),
         cmocka_unit_test(test_eye_above_coplanar),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
