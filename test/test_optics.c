@@ -325,6 +325,18 @@ static void test_k_at_the_critical_angle(void **state)
     assert_true(snell_k(0x1p700, 1, 1) < 0); /* as documented */
 }
 
+/* Into a medium that is as good as none no light enters, not even straight on. */
+static void test_no_medium_beyond(void **state)
+{
+    (void)state;
+    const struct vec3 view = {0, 0, -1}, normal = {0, 0, 1};
+    struct vec3 out;
+    assert_true(snell(view, normal, 1, 0x1p-499, &out) && out.z == -1);
+    assert_false(snell(view, normal, 1, 0x1p-501, &out));
+    assert_false(snell(view, normal, 0x1p400, 0x1p-101, &out));
+    assert_true(snell_k(1, 0x1p-501, 1) < 0);
+}
+
 /* The exact direction: eta v + (eta c - sqrt k) n for unit vectors. */
 static void check_refraction(struct vec3 view, struct vec3 normal, double from, double to)
 {
@@ -419,6 +431,7 @@ int main(void)
         cmocka_unit_test(test_many_mirrors),
         cmocka_unit_test(test_k),
         cmocka_unit_test(test_k_at_the_critical_angle),
+        cmocka_unit_test(test_no_medium_beyond),
         cmocka_unit_test(test_refraction),
         cmocka_unit_test(test_equal_media_keep_the_bits),
         cmocka_unit_test(test_slab_keeps_the_direction),

@@ -494,6 +494,31 @@ static void test_light_through_growing(void **state)
     }
 }
 
+/* Where there is no bound at all, that is so at every depth: even at one where nothing is left that could add light. */
+static void test_growing_at_any_depth(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct light light = {{0, 0, 9}, one};
+    struct material glass = {.color = {1.5, 1, 1}, .transmission = 1, .ior = 1.5};
+    struct material mirror = {.color = one, .diffuse = 0.5, .reflection = 1, .ior = 1};
+    uint32_t index, other;
+    assert_added(builder_add_light(builder, &light));
+    assert_added(builder_add_material(builder, &glass, &index));
+    assert_added(builder_add_material(builder, &mirror, &other));
+    struct sphere sphere = {{0, 0, 0}, 1, index, 0}, ball = {{3, 0, 0}, 1, other, 0};
+    assert_added(builder_add_sphere(builder, &sphere));
+    assert_added(builder_add_sphere(builder, &ball));
+    struct view view = small_view(EDGE);
+    struct scene *scene = finish(builder, &view);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    for (uint32_t depth = RADIANCE_LEVELS - 2; depth < RADIANCE_LEVELS + 4; depth++)
+        assert_true(radiance_coarse(&radiance, one, depth, false) == HUGE_VAL);
+    radiance_free(&radiance);
+    free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -509,6 +534,7 @@ int main(void)
         cmocka_unit_test(test_claims),
         cmocka_unit_test(test_growing_light),
         cmocka_unit_test(test_light_through_growing),
+        cmocka_unit_test(test_growing_at_any_depth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
