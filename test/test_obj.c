@@ -516,6 +516,35 @@ static void test_crease_angle(void **state)
     free(scene);
 }
 
+/* Normals do not depend on the size of a mesh, be it so large or small that areas cannot be represented. */
+static void test_crease_angle_of_any_size(void **state)
+{
+    static const char *const sizes[] = {"scale = 1e-170\n", "scale = 1e160\n"};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        char smooth[64];
+        snprintf(smooth, sizeof smooth, "smooth = 91\n%s", sizes[i]);
+        struct scene *scene = loaded(state, ROOF, smooth);
+        assert_int_equal(patches_of(scene), 4);
+        for (uint64_t k = 0; k < scene->normals.count; k++)
+            assert_true(scene_normals(scene)[k].z > 0.7);
+        free(scene);
+    }
+}
+
+/* Of two faces in one plane and a third at an angle, around one vertex: all of them are curved, the one that does not
+ * touch the third at that vertex alone, whichever of its corners that is. */
+static void test_curved_at_one_corner(void **state)
+{
+#define AROUND "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 .2\nf 3 4 1\nf 4 5 1\n"
+    static const char *const meshes[] = {AROUND "f 1 2 3\n", AROUND "f 2 3 1\n",
+                                         AROUND "f 3 1 2\n"};
+    for (size_t i = 0; i < sizeof meshes / sizeof *meshes; i++) {
+        struct scene *scene = loaded(state, meshes[i], "smooth = yes\n");
+        assert_int_equal(patches_of(scene), 3);
+        free(scene);
+    }
+}
+
 static void test_normals_of_the_file(void **state)
 {
     const char *obj = SQUARE "vn 0 0 1\nvn 0 0 0\nvn 0 1 1\nf 1//1 2//1 3//3\nf 1//1 3//2 4//1\n";
@@ -783,6 +812,8 @@ int main(void)
         cmocka_unit_test(test_crease_angle),
         cmocka_unit_test(test_edges_of_the_crease_angle),
         cmocka_unit_test(test_normals_that_cancel_out),
+        cmocka_unit_test(test_crease_angle_of_any_size),
+        cmocka_unit_test(test_curved_at_one_corner),
         cmocka_unit_test(test_normals_of_the_file),
         cmocka_unit_test(test_smooth_sphere),
         cmocka_unit_test(test_odd_meshes),
