@@ -15,6 +15,7 @@
 #include <cmocka.h>
 
 #include "common/clock.h"
+#include "master/journal_scan.h"
 #include "test/journal_fixture.h"
 
 /* A torn record is cut off as soon as the journal is opened, so that it is gone even if that run is killed. */
@@ -159,6 +160,27 @@ static void test_damage_at_gaps(void **state)
     assert_int_equal(status.st_size, HEADER);
 }
 
+/* Nor does a gap whose own header is damaged hide the records behind it. */
+static void test_damage_in_gaps(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 4, SIZE = HEADER + RECORDS * RECORD, GAP = HEADER + RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    bytes[GAP + RECORD - 1] ^= 1;
+    journal_close(open_damaged(s, bytes, SIZE, &seen));
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    for (size_t bit = 0; bit < 8 * sizeof(struct record_header); bit++) {
+        bytes[GAP + bit / 8] ^= (char)(1 << bit % 8);
+        struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+        assert_true(!seen.wrong && seen.records == RECORDS - 1);
+        journal_close(journal);
+        bytes[GAP + bit / 8] ^= (char)(1 << bit % 8);
+    }
+}
+
 /* Good records at a place that is not theirs: doubled, swapped, from another picture's journal. */
 static void test_displaced_records(void **state)
 {
@@ -273,9 +295,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torn_at_every_byte), cmocka_unit_test(test_every_bit_turned),
         cmocka_unit_test(test_stretches),          cmocka_unit_test(test_unreadable_block),
-        cmocka_unit_test(test_damage_at_gaps),     cmocka_unit_test(test_displaced_records),
-        cmocka_unit_test(test_many_beginnings),    cmocka_unit_test(test_unusable_records),
-        cmocka_unit_test(test_impossible_seconds),
+        cmocka_unit_test(test_damage_at_gaps),     cmocka_unit_test(test_damage_in_gaps),
+        cmocka_unit_test(test_displaced_records),  cmocka_unit_test(test_many_beginnings),
+        cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_impossible_seconds),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
