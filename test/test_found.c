@@ -94,6 +94,7 @@ static void test_shares(void **state)
     struct found_sums sums = found_sum(&found);
     assert_true(sums.busy_s == EDGE && sums.repeated_s == 3 * EDGE);
     assert_true(fabs(sums.counts.sampling.squares - 66) < 1e-12);
+    assert_true(fabs(sums.counts.halfway.squares - 2 * 66) < 1e-12);
     assert_int_equal(sums.counts.rays[RAY_PRIMARY], 4 * EDGE);
     /* No count becomes 0 by rounding. */
     assert_int_equal(sums.counts.nonfinite, 1);

@@ -233,6 +233,9 @@ static void test_bad_combinations(void **state)
             "another direction, such as up = 0 0 -1");
     refused(state, "[camera]\neye = 0 5 0\nlook_at = 0 0 0\nup = 0 3 0\n",
             "scene.ini:4: up lies along the direction of view, expected another direction");
+    /* So close to it that a picture would be all rounding errors. */
+    refused(state, "[camera]\neye = 1 5 0\nlook_at = 0 0 0\nup = 1.000000000000002 5 0\n",
+            "scene.ini:4: up lies along the direction of view, expected another direction");
     refused(state, "[camera]\neye = 0 0 0\n",
             "scene.ini:2: eye and look_at, the middle of the scene unless it is set, are the same "
             "point, expected two different ones");

@@ -179,6 +179,10 @@ static void test_rows_sent_at_a_time(void **state)
         job = load(state, "wide.ini", good[i]);
         job_free(&job);
     }
+    scratch_write("even.ini", "[image]\nwidth = 1024\nheight = 1024\n[farm]\nschedule = strips\n"
+                              "tile = 1024\n[light]\nposition = 0 0 0\n");
+    job = load(state, "even.ini", NULL); /* exactly as many as a message may have */
+    job_free(&job);
 }
 
 static void test_output_names(void **state)

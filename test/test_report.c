@@ -26,6 +26,8 @@ static void test_balance(void **state)
     balance = report_balance(&report);
     assert_true(fabs(balance.cpu_share - 7.5 / 9.03) < 1e-9);
     assert_true(fabs(balance.cpu_imbalance - 1.2) < 1e-9);
+    renderers[1].cpu_s = 9; /* clocks differ: never more than all */
+    assert_true(report_balance(&report).cpu_share == 1);
     renderers[2] = (struct renderer_stats){.silent = 1}; /* nobody knows when it stopped */
     assert_true(report_balance(&report).tail_s < 0.02);
     report.renderer_count = 0;

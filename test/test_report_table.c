@@ -387,6 +387,25 @@ static void test_table_of_many(void **state)
     free(text);
 }
 
+/* Of a few ranks all are shown, in their order. */
+static void test_table_of_some(void **state)
+{
+    (void)state;
+    enum { SOME = 16 };
+    struct renderer_stats renderers[SOME];
+    struct report report = sample_report(renderers, SOME);
+    char *text = table_text(&report, 80);
+    const char *at = text;
+    for (int i = 0; i < SOME; i++) {
+        char rank[16];
+        snprintf(rank, sizeof rank, "\n%6d     75 ", i);
+        at = strstr(at, rank);
+        assert_non_null(at);
+    }
+    assert_null(strstr(text, " more, then the idlest"));
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -404,6 +423,7 @@ int main(void)
         cmocka_unit_test(test_table_fits),
         cmocka_unit_test(test_table_extremes),
         cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_table_of_some),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
