@@ -1,5 +1,6 @@
 /* Tests of signals: the first one is noted, a second one of any kind ends the program. */
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -9,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "common/clock.h"
 #include "master/stop.h"
 
 /* The status, as from waitpid(), of a process that gets both signals while it renders, the second one after `pause`
@@ -117,12 +119,66 @@ static void test_held(void **state)
     assert_int_equal(WEXITSTATUS(status), 7);
 }
 
+/* Seconds that it takes to see this process off. */
+static double see_off(pid_t process)
+{
+    double start = clock_wall();
+    stop_see_off(&(int){(int)process}, 1);
+    return clock_wall() - start;
+}
+
+/* Nobody waits for a rank that has exited, or for the one that waits. */
+static void test_seen_off_at_once(void **state)
+{
+    (void)state;
+    siginfo_t info;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) _exit(0);
+    assert_int_equal(waitid(P_PID, (id_t)child, &info, WEXITED | WNOWAIT), 0);
+    assert_true(see_off(child) < 2);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    assert_true(see_off(child) < 2);
+    assert_true(see_off(getpid()) < 2);
+}
+
+/* A rank that is stopped is continued, so that it can exit. A process of another program, which has got the id of a
+ * rank that is gone, is left alone. */
+static void test_see_off_stopped(void **state)
+{
+    (void)state;
+    for (int other = 0; other <= 1; other++) {
+        int status;
+        pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            if (other) execlp("sh", "sh", "-c", "kill -STOP $$", (char *)NULL);
+            raise(SIGSTOP);
+            _exit(7);
+        }
+        assert_int_equal(waitpid(child, &status, WUNTRACED), child);
+        assert_true(WIFSTOPPED(status));
+        assert_true(see_off(child) < 4);
+        if (other) {
+            assert_int_equal(waitpid(child, &status, WNOHANG | WCONTINUED), 0);
+            kill(child, SIGKILL);
+        }
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(other ? WIFSIGNALED(status) : WEXITSTATUS(status) == 7);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names),      cmocka_unit_test(test_second_ends),
-        cmocka_unit_test(test_same_twice), cmocka_unit_test(test_goes_on),
-        cmocka_unit_test(test_too_late),   cmocka_unit_test(test_held),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_second_ends),
+        cmocka_unit_test(test_same_twice),
+        cmocka_unit_test(test_goes_on),
+        cmocka_unit_test(test_too_late),
+        cmocka_unit_test(test_held),
+        cmocka_unit_test(test_seen_off_at_once),
+        cmocka_unit_test(test_see_off_stopped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
