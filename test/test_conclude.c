@@ -162,13 +162,29 @@ static void test_short_start(void **state)
     free(text);
 }
 
-/* Pixels that a time limit has left without samples are reported; others are not. */
+/* The time of planning is that of the passes that have brought samples. */
+static void test_time_of_planning(void **state)
+{
+    (void)state;
+    struct service service = {.guessed_rmse = (double)NAN, .plan_s = 0.25, .timed_out = true};
+    struct run run = run_open();
+    sample_rows(&run, EDGE);
+    char *text = report_of(&run, &service);
+    assert_has(text, "\"plan_s\": 0.250000,");
+    free(text);
+    run_close(&run);
+}
+
+/* Pixels that a time limit has left without samples are reported, and nothing is said of what is not in view, which is
+ * not known then. */
 static void test_pixels_without_samples(void **state)
 {
     struct scratch *s = *state;
     struct service service = {.guessed_rmse = 0.5, .timed_out = true};
     struct run run = run_open();
     run.job.settings.sampling.time_limit = 2;
+    run.report.image_width = run.job.settings.image.width;
+    run.report.image_height = run.job.settings.image.height;
     sample_rows(&run, EDGE - 1);
     message_capture(s->said, sizeof s->said);
     char *text = report_of(&run, &service);
@@ -177,6 +193,7 @@ static void test_pixels_without_samples(void **state)
                "sampling.time_limit = 2 s has left 8 of 64 pixels without a sample: what "
                "stands there is guessed from those around, far from them from the pre-pass, or "
                "black where that has nothing\n");
+    assert_null(strstr(s->said, "in view"));
     free(text);
     run_close(&run);
 }
@@ -233,10 +250,15 @@ static void test_given_up(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_means),           cmocka_unit_test(test_no_messages),
-        cmocka_unit_test(test_no_samples),      cmocka_unit_test(test_short_start),
-        cmocka_unit_test(test_target_and_time), cmocka_unit_test(test_pixels_without_samples),
-        cmocka_unit_test(test_time_of_writing), cmocka_unit_test(test_given_up),
+        cmocka_unit_test(test_means),
+        cmocka_unit_test(test_no_messages),
+        cmocka_unit_test(test_no_samples),
+        cmocka_unit_test(test_short_start),
+        cmocka_unit_test(test_target_and_time),
+        cmocka_unit_test(test_pixels_without_samples),
+        cmocka_unit_test(test_time_of_writing),
+        cmocka_unit_test(test_given_up),
+        cmocka_unit_test(test_time_of_planning),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

@@ -47,6 +47,16 @@ for n in 0 3; do
             grep -q '"primary": 0,' full.json && [ ! -e full.journal ]
     }
     check "no space for the report, -n $n" full output.report
+    full_late() { # nothing is kept: what goes on would render on, and get another picture
+        rm -f full.png
+        farm_n "$n" "$SCENE" output.image=full.png output.report=/dev/full sampling.time_limit=1 \
+            >o 2>e
+        status=$?
+        cat e
+        [ $status -ne 0 ] && grep -q 'No space left' e && ! grep -q 'to write the report' e &&
+            [ -s full.png ] && [ ! -e full.journal ]
+    }
+    check "no space for the report of a time limit, -n $n" full_late
     no_trace() { # which the rendering alone can tell: what goes on would write an empty one
         farm_n "$n" "$SCENE" output.image=full.png output.trace=/dev/full \
             output.heatmap=heat.png >o 2>e
