@@ -743,6 +743,34 @@ static void tell_of(uint32_t number, struct tray *tray)
     assert_int_equal(master.goodbye.bytes, 2 * each + sizeof *told);
 }
 
+/* A report ends no more than the answer that it precedes: the tiles after the reported one come together again. */
+static void test_reports_one_tile_alone(void **state)
+{
+    (void)state;
+    struct {
+        struct lot_header header;
+        float report_s[4];
+        struct tile tiles[3];
+    } long_lot = {.header = {.answer_s = 1e9, .reports = 3}, .report_s = {0, HUGE_VALF, HUGE_VALF}};
+    for (uint32_t i = 0; i < 3; i++)
+        long_lot.tiles[i] = (struct tile){.id = i, .y = 2 * i, .w = EDGE, .h = 2, .step = 1};
+    const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+                                 {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
+                                 NOTHING, /* before the first tile */
+                                 NOTHING, /* in it */
+                                 {0, NULL, 200},
+                                 NOTHING,
+                                 NOTHING,
+                                 NOTHING,
+                                 NOTHING,
+                                 STOP};
+    size_t each = result_bytes(&long_lot.tiles[0], 2 * EDGE, false);
+    follow(lines, sizeof lines / sizeof *lines, 3);
+    assert_int_equal(master.results, 3);
+    assert_true(unfinished_valid(&master.headers[0]) && master.headers[0].tile_id == 0);
+    assert_true(master.sizes[1] == each && master.sizes[2] == 2 * each);
+}
+
 /* A tile that goes on and on is reported again only when it has taken twice as long. */
 static void test_tells_again_seldom(void **state)
 {
@@ -844,6 +872,7 @@ int main(void)
         cmocka_unit_test(test_looks_while_it_sends),
         cmocka_unit_test(test_renders_on_while_it_sends),
         cmocka_unit_test(test_tells_of_what_takes_long),
+        cmocka_unit_test(test_reports_one_tile_alone),
         cmocka_unit_test(test_tells_again_seldom),
         cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),
