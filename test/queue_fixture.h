@@ -101,6 +101,22 @@ static inline void assert_sum(double value, double expected, double all)
     if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
 }
 
+/* The queue knows of each renderer how many tiles it may still pass on to others, and takes none from one that is not
+ * late. */
+static inline void check_holders(const struct queue *queue)
+{
+    const struct holdings *holdings = &queue->holdings;
+    for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
+        const struct holder *holder = &holdings->holders[renderer];
+        uint32_t count = 0, open = 0;
+        for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next, count++)
+            open += holdings->holds[i].may_pass && !holdings->holds[i].passed_on;
+        assert_true(holder->count == count && holder->open == open);
+        assert_true(queue->pace.renderers[renderer].lost ||
+                    !heap_has(&queue->pace.spare, renderer));
+    }
+}
+
 /* The running counts and sums of the queue are what adding up all of its tiles gives. */
 static inline void check_sums(const struct queue *queue)
 {
@@ -129,6 +145,7 @@ static inline void check_sums(const struct queue *queue)
             outlook_add(&outlook, work, area(item));
         }
     }
+    check_holders(queue);
     uint32_t lost = 0;
     for (uint32_t i = 0; i < queue->config.renderers; i++)
         lost += queue->pace.renderers[i].lost;

@@ -215,6 +215,72 @@ static void test_found_stays(void **state)
     field_free(field);
 }
 
+/* The error of a picture in which all pixels are black. */
+static struct error_breakdown errors_of(const struct field *field, const struct hidden *hidden)
+{
+    struct hidden_sum sum = sum_of(field, hidden);
+    return hidden_errors(hidden, &sum, (struct error_sum){0, 0});
+}
+
+/* Pixels that are left although they are warned have missed as much each as the others of their level. One that gets
+ * more samples is looked at anew. */
+static void test_warned(void **state)
+{
+    (void)state;
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    scatter(field, 0.1, 0.1);
+    run(field, hidden, 0);
+    struct hidden_sum sum = sum_of(field, hidden);
+    double before = errors_of(field, hidden).hidden, there = (double)sum.levels[1].pixels;
+    size_t warned = 0, last = 0;
+    assert_true(before > 0);
+    for (size_t i = 0; i < PIXELS / 2; i++) {
+        if (field->level[i] != 1) continue;
+        hidden_leave_warned(hidden, i);
+        last = i;
+        warned++;
+    }
+    sum = sum_of(field, hidden);
+    assert_true(sum.levels[1].warned == warned && (double)(sum.levels[1].pixels + warned) == there);
+    assert_true(errors_of(field, hidden).hidden > before);
+    hidden_share(hidden, &sum);
+    assert_true(hidden_of(hidden, last, 1) > 0);
+    assert_false(hidden_is_open(hidden, last));
+    refine(field, hidden, last, 3);
+    assert_true(hidden_is_open(hidden, last) && sum_of(field, hidden).levels[3].warned == 0);
+    hidden_destroy(hidden);
+    field_free(field);
+}
+
+/* By chance the first samples may seem to have missed less than nothing; the whole error is never below 0. */
+static void test_never_below_0(void **state)
+{
+    (void)state;
+    struct hidden *hidden = hidden_create(1);
+    const struct hidden_sum sum = {.carried = {-5, 25}};
+    struct error_breakdown errors = hidden_errors(hidden, &sum, (struct error_sum){1, 1});
+    assert_true(errors.sum.squares == 0 && errors.carried == -5 && errors.sum.fourths == 26);
+    hidden_destroy(hidden);
+}
+
+/* A neighbour that is not finite does not hide how much a pixel stands out from the others. */
+static void test_strange_neighbour(void **state)
+{
+    (void)state;
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    scatter(field, 0.1, 0.1);
+    run(field, hidden, 0);
+    double before = sum_of(field, hidden).levels[1].expected;
+    for (size_t i = 0; i + 1 < PIXELS; i++)
+        if (field->share[i + 1] > 0) field->canvas.rgb[3 * i] = NAN;
+    double after = sum_of(field, hidden).levels[1].expected;
+    assert_true(before > 0 && fabs(after / before - 1) < 1e-6);
+    hidden_destroy(hidden);
+    field_free(field);
+}
+
 /* A picture of one pixel, and colours that are not finite. */
 static void test_strange(void **state)
 {
@@ -253,6 +319,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_found_stays),
+        cmocka_unit_test(test_warned),
+        cmocka_unit_test(test_never_below_0),
+        cmocka_unit_test(test_strange_neighbour),
         cmocka_unit_test(test_strange),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

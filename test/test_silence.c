@@ -31,6 +31,52 @@ static void test_who_is_silent(void **state)
     farm_close(farm);
 }
 
+/* A renderer that has answered, and falls silent again, is asked again before it is given up. */
+static void test_who_is_asked_again(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    contact->is_ready = true;
+    for (int i = 0; i < 2; i++) {
+        contact->heard_at = -5;
+        farm->server.next_look = farm->server.awake_s = 0;
+        look_for_silence(&farm->server);
+        assert_true(contact->is_asked && !contact->is_silent);
+        arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
+        assert_false(contact->is_asked);
+    }
+    farm_close(farm);
+}
+
+/* While rank 0 itself was stopped nobody could be heard: it gives up nobody for that. */
+static void test_stopped_master(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    farm->server.woken_at = clock_wall() - 1000;
+    look_for_silence(&farm->server);
+    assert_true(farm->server.awake_s < 1 && !farm->contacts[1].is_silent);
+    farm_close(farm);
+}
+
+/* A renderer that was told to stop, or has left, is neither asked nor given up. */
+static void test_who_leaves(void **state)
+{
+    (void)state;
+    for (int gone = 0; gone <= 1; gone++) {
+        struct farm *farm = farm_open(&small_tiles);
+        struct contact *contact = &farm->contacts[1];
+        contact->is_ready = true;
+        contact->is_told = !gone;
+        contact->is_gone = gone;
+        contact->heard_at = -61;
+        look_for_silence(&farm->server);
+        assert_false(contact->is_asked || contact->is_silent);
+        farm_close(farm);
+    }
+}
+
 /* However short the patience is, a renderer that is asked for a sign of life has time to answer. */
 static void test_who_is_asked(void **state)
 {
@@ -70,9 +116,9 @@ static void test_who_is_left(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_who_is_silent),
-        cmocka_unit_test(test_who_is_asked),
-        cmocka_unit_test(test_who_is_left),
+        cmocka_unit_test(test_who_is_silent),  cmocka_unit_test(test_who_is_asked_again),
+        cmocka_unit_test(test_stopped_master), cmocka_unit_test(test_who_leaves),
+        cmocka_unit_test(test_who_is_asked),   cmocka_unit_test(test_who_is_left),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -62,11 +62,26 @@ static void test_half(void **state)
     ended(&watch);
 }
 
+/* Single samples tell nothing about the error: there is no row that would call it 0. */
+static void test_single_samples(void **state)
+{
+    (void)state;
+    struct watch watch = begun(PIXELS, NULL);
+    struct error_forecast forecast;
+    watch.samples = 1;
+    watch_look(&watch, 101);
+    assert_true(watch_end(&watch, 103, 5, &forecast));
+    assert_int_equal(watch.log.count, 0);
+    assert_false(forecast.known);
+    ended(&watch);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_end),
         cmocka_unit_test(test_half),
+        cmocka_unit_test(test_single_samples),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
