@@ -101,17 +101,21 @@ static inline void assert_sum(double value, double expected, double all)
     if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
 }
 
-/* The queue knows of each renderer how many tiles it may still pass on to others, and takes none from one that is not
- * late. */
+/* The queue knows of each renderer how many lots it has, and how many tiles it may still pass on to others; none are
+ * taken from one that is not late. */
 static inline void check_holders(const struct queue *queue)
 {
     const struct holdings *holdings = &queue->holdings;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
         const struct holder *holder = &holdings->holders[renderer];
-        uint32_t count = 0, open = 0;
-        for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next, count++)
-            open += holdings->holds[i].may_pass && !holdings->holds[i].passed_on;
-        assert_true(holder->count == count && holder->open == open);
+        uint32_t count = 0, open = 0, lots = 0, lot = 0;
+        for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next) {
+            const struct hold *hold = &holdings->holds[i];
+            open += hold->may_pass && !hold->passed_on;
+            lots += count++ == 0 || hold->lot != lot;
+            lot = hold->lot;
+        }
+        assert_true(holder->count == count && holder->open == open && holder->lots == lots);
         assert_true(queue->pace.renderers[renderer].lost ||
                     !heap_has(&queue->pace.spare, renderer));
     }

@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "common/cores.h"
 #include "master/queue_parts.h"
 #include "test/queue_halves_fixture.h"
 
@@ -190,12 +191,16 @@ static void test_dear_of_late_are_broken_up(void **state)
 
 #define BLIND 44
 
-/* begin_blind() with so many renderers, for a picture of 640 columns. */
-static struct queue *begin_blind_rows(uint32_t height, struct tile (*lots)[LOT_TILES],
-                                      uint32_t *counts)
+/* begin_blind() with so many renderers, for a picture of 640 columns. crowd: NULL if each has a core. */
+static struct queue *begin_blind_rows(uint32_t height, const struct crowd *crowd,
+                                      struct tile (*lots)[LOT_TILES], uint32_t *counts)
 {
-    const struct queue_config config = {
-        .width = 640, .height = height, .renderers = BLIND, .tile_edge = 8, .probe_edge = 8};
+    const struct queue_config config = {.width = 640,
+                                        .height = height,
+                                        .renderers = BLIND,
+                                        .crowd = crowd,
+                                        .tile_edge = 8,
+                                        .probe_edge = 8};
     struct queue *queue = queue_create(&config);
     begin_blind(queue, lots, counts);
     return queue;
@@ -203,11 +208,11 @@ static struct queue *begin_blind_rows(uint32_t height, struct tile (*lots)[LOT_T
 
 /* Whether the expensive tiles that renderers got before there were predictions are broken into pieces once there are.
  * The more rows the picture has, the less of a renderer's share is one tile. */
-static bool are_blind_broken_up(uint32_t height)
+static bool are_blind_broken_up(uint32_t height, const struct crowd *crowd)
 {
     struct tile lots[BLIND][LOT_TILES];
     uint32_t counts[BLIND] = {0}, dear = 0, broken = 0;
-    struct queue *queue = begin_blind_rows(height, lots, counts);
+    struct queue *queue = begin_blind_rows(height, crowd, lots, counts);
     for (uint32_t i = 1; i < BLIND; i++) {
         for (uint32_t k = 0; k < counts[i]; k++) {
             const struct item *item = &queue->items[lots[i][k].id];
@@ -225,8 +230,25 @@ static bool are_blind_broken_up(uint32_t height)
 static void test_blind_are_broken_up(void **state)
 {
     (void)state;
-    assert_true(are_blind_broken_up(128));
-    assert_false(are_blind_broken_up(240));
+    assert_true(are_blind_broken_up(128, NULL));
+    assert_false(are_blind_broken_up(240, NULL));
+}
+
+/* Where renderers share cores, there is no idle one for the pieces. */
+static void test_blind_on_shared_cores(void **state)
+{
+    (void)state;
+    static struct affinity affinities[BLIND];
+    struct crowd crowd;
+    for (uint32_t i = 0; i < BLIND; i++) {
+        affinities[i] = (struct affinity){.machine = "one"};
+        for (size_t core = 0; core < BLIND - 1; core++)
+            CPU_SET(core, &affinities[i].cores);
+    }
+    crowd_init(&crowd, affinities, BLIND);
+    assert_int_equal(crowd.processors, BLIND - 1);
+    assert_false(are_blind_broken_up(96, &crowd));
+    crowd_free(&crowd);
 }
 
 /* When work is withdrawn, pieces of which none has been handed out are withdrawn as well: their tiles are dropped by
@@ -235,7 +257,7 @@ static void withdraw_blind(bool before)
 {
     struct tile lots[BLIND][LOT_TILES], lot[LOT_TILES], tile;
     uint32_t counts[BLIND] = {0}, recalled = 0;
-    struct queue *queue = begin_blind_rows(128, lots, counts);
+    struct queue *queue = begin_blind_rows(128, NULL, lots, counts);
     for (uint32_t i = 1; i < BLIND; i++)
         for (uint32_t k = 1; k < counts[i]; k++) {
             if (!queue_is_recalled(queue, i, lots[i][k].id)) continue;
@@ -272,6 +294,7 @@ int main(void)
         cmocka_unit_test(test_small_are_split_by_their_samples),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
+        cmocka_unit_test(test_blind_on_shared_cores),
         cmocka_unit_test(test_blind_are_withdrawn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
