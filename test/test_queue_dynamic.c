@@ -100,6 +100,25 @@ static void test_takes_long(void **state)
     }
 }
 
+/* Answers may be left unread for a while when all renderers have work or have been given up for late, but not while one
+ * has none. */
+static void test_calm(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 1);
+    const double now = 0.5;
+    queue_look(queue, now);
+    assert_int_equal(queue->pace.lost_count, 2);
+    assert_true(queue_next(queue, 2, now, tiles) > 0);
+    assert_true(queue_calm(queue, now) == 0);
+    assert_true(queue_next(queue, 3, now, tiles) > 0);
+    assert_true(queue_calm(queue, now) > 0);
+    queue_stop(queue);
+    assert_true(queue_calm(queue, now) == 0);
+    queue_destroy(queue);
+}
+
 /* Under the dynamic schedule renderers are to report tiles that take long, but no probe tiles; under fixed shares they
  * report none. */
 static void test_who_tells(void **state)
@@ -147,6 +166,7 @@ int main(void)
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_own_renderer_leaves_the_end),
         cmocka_unit_test(test_takes_long),
+        cmocka_unit_test(test_calm),
         cmocka_unit_test(test_who_tells),
         cmocka_unit_test(test_late_with_probes),
     };
