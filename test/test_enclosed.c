@@ -86,20 +86,21 @@ static void test_boxes(void **state)
     }
 }
 
-/* It is 0.5 wide where the light is; an open one is a surface. */
+/* It is 0.5 wide where the light is; an open one is a surface. Behind its ends nothing is enclosed. */
 static void test_cones(void **state)
 {
     (void)state;
     struct view view = small_view(4);
     const struct {
-        double x;
+        double x, y;
         uint32_t capped;
         bool encloses;
-    } cases[] = {{0.4, 1, true}, {-0.4, 1, true}, {0.6, 1, false}, {0.4, 0, false}};
+    } cases[] = {{0.4, 0, 1, true},  {-0.4, 0, 1, true},   {0.6, 0, 1, false},
+                 {0.4, 0, 0, false}, {0.4, 1.5, 1, false}, {0, -3, 1, false}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct builder *builder = builder_create();
-        struct cone cone = {.base = {cases[i].x, -1, 0},
-                            .apex = {cases[i].x, 1, 0},
+        struct cone cone = {.base = {cases[i].x, cases[i].y - 1, 0},
+                            .apex = {cases[i].x, cases[i].y + 1, 0},
                             .base_radius = 1,
                             .capped = cases[i].capped,
                             .material = add_material(builder, 0)};

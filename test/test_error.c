@@ -393,11 +393,14 @@ static void test_csv(void **state)
     error_row_csv(out, &row);
     row.true_rmse = (double)NAN;
     error_row_csv(out, &row);
+    row.estimate.high = HUGE_VAL; /* no number that readers of the file know */
+    error_row_csv(out, &row);
     fclose(out);
     assert_string_equal(
         text, "elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse,"
               "sampled_share\n"
-              "1.5,4,0.25,0.125,0.5,0.3,0.75\n1.5,4,0.25,0.125,0.5,,0.75\n");
+              "1.5,4,0.25,0.125,0.5,0.3,0.75\n1.5,4,0.25,0.125,0.5,,0.75\n"
+              "1.5,4,0.25,0.125,,,0.75\n");
     free(text);
 }
 

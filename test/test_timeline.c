@@ -126,6 +126,19 @@ static void test_trace_of_what_was_given_up(void **state)
     timeline_free(&timeline);
 }
 
+/* However long a renderer says that it was busy, that bar does not cover those of its tiles. */
+static void test_trace_of_more_than_all(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 0, .host = "a", .busy_s = 2, .finish_s = 1}};
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.25);
+    char *text = trace_of(&timeline, stats, 1, 1);
+    assert_has(text, "\"tid\": 0, \"cat\": \"given up\", \"ts\": 500000.000, \"dur\": 500000.000}");
+    free(text);
+    timeline_free(&timeline);
+}
+
 /* A wasted tile that continues after the end of rendering is shown up to that end. */
 static void test_trace_ends_with_rendering(void **state)
 {
@@ -335,6 +348,7 @@ int main(void)
         cmocka_unit_test(test_trace),
         cmocka_unit_test(test_trace_of_passes),
         cmocka_unit_test(test_trace_of_what_was_given_up),
+        cmocka_unit_test(test_trace_of_more_than_all),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),
