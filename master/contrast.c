@@ -75,6 +75,7 @@ static void take_farther(const struct differences *to, struct differences *farth
     }
 }
 
+/* Of neighbours that are ignored the product is NaN, which is not more than anything. */
 static void take_opposite(const struct differences *restrict to,
                           const struct differences *restrict farthest,
                           double *restrict most_opposite)
@@ -83,8 +84,7 @@ static void take_opposite(const struct differences *restrict to,
     for (uint32_t i = 0; i < CHUNK; i++) {
         double product = farthest->x[i] * to->x[i] + farthest->y[i] * to->y[i];
         double opposite = -(product + farthest->z[i] * to->z[i]);
-        bool more = (opposite > most_opposite[i]) & (to->square[i] > 0);
-        most_opposite[i] = more ? opposite : most_opposite[i];
+        most_opposite[i] = opposite > most_opposite[i] ? opposite : most_opposite[i];
     }
 }
 
