@@ -90,12 +90,12 @@ static void test_groups_merge(void **state)
 static void test_unknown(void **state)
 {
     (void)state;
-    struct affinity affinities[5] = {0};
+    struct affinity affinities[6] = {0};
     affinities[2] = affinity_of("a", 0, 0);
-    affinities[3] = affinity_of("", 0, 0);
+    affinities[3] = affinities[5] = affinity_of("", 0, 0); /* not known to be the same */
     affinities[4].machine[0] = 'a';
-    struct crowd crowd = crowd_of(affinities, 5, 5, 5);
-    assert_int_equal(crowd.cores, 5);
+    struct crowd crowd = crowd_of(affinities, 6, 6, 6);
+    assert_int_equal(crowd.cores, 6);
     crowd_free(&crowd);
 }
 

@@ -41,6 +41,27 @@ static void test_answers_are_counted(void **state)
     farm_close(farm);
 }
 
+/* What was planned before an answer counts once, and the end of the render phase is that of its last answer; after a
+ * time limit it has ended already. */
+static void test_times_of_the_phase(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    farm->server.planned_s = 0.5;
+    for (int late = 0; late <= 1; late++) {
+        farm->service.timed_out = late;
+        farm->server.finished_at = 7;
+        assert_true(first_held(farm, &tile));
+        write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 2});
+        arrive(farm);
+        assert_true(farm->service.plan_s == 0.5 && farm->server.planned_s == 0);
+        assert_int_equal(farm->server.finished_at == 7, late);
+    }
+    farm_close(farm);
+}
+
 /* A tile that was dropped before it was begun does not count as rendered. The report that a tile takes long may come
  * when it is back already. */
 static void test_what_is_not_finished(void **state)
@@ -284,6 +305,7 @@ int main(void)
         cmocka_unit_test(test_answer_in_a_tray),    cmocka_unit_test(test_goodbye),
         cmocka_unit_test(test_waits_are_counted),   cmocka_unit_test(test_probes_are_not_counted),
         cmocka_unit_test(test_wrong_messages),      cmocka_unit_test(test_less_than_asked),
+        cmocka_unit_test(test_times_of_the_phase),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
