@@ -49,7 +49,7 @@ for n in 0 3; do
     check "no space for the report, -n $n" full output.report
     full_late() { # nothing is kept: what goes on would render on, and get another picture
         rm -f full.png
-        farm_n "$n" "$SCENE" output.image=full.png output.report=/dev/full sampling.time_limit=1 \
+        farm_n "$n" "$SCENE" output.image=full.png output.report=/dev/full sampling.time_limit=3 \
             >o 2>e
         status=$?
         cat e

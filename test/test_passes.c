@@ -146,13 +146,13 @@ static void test_cut_when_late(void **state)
     uint32_t tiles = queue_count(queue).tiles;
     for (int look = 0; look < 20; look++) {
         bool late = look % 3 > 0;
-        assert_false(is_cut_with(farm, late ? 1 : 1e9));
+        assert_false(is_cut_with(farm, late ? 50 : 1e9));
         assert_int_equal(farm->server.late_looks, look % 3);
     }
     assert_false(is_cut_with(farm, 1e9));
-    assert_false(is_cut_with(farm, 1) || is_cut_with(farm, 1));
+    assert_false(is_cut_with(farm, 50) || is_cut_with(farm, 50));
     assert_int_equal(queue_count(queue).tiles, tiles);
-    assert_true(is_cut_with(farm, 1));
+    assert_true(is_cut_with(farm, 50));
     assert_true(queue_count(queue).tiles < tiles);
     adaptive_destroy(farm->service.adaptive);
     farm_close(farm);
