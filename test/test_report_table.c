@@ -397,7 +397,7 @@ static void test_table_of_some(void **state)
     char *text = table_text(&report, 80);
     const char *at = text;
     for (int i = 0; i < SOME; i++) {
-        char rank[16];
+        char rank[32];
         snprintf(rank, sizeof rank, "\n%6d     75 ", i);
         at = strstr(at, rank);
         assert_non_null(at);
