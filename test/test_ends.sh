@@ -40,6 +40,7 @@ for n in 0 3; do
         status=$?
         cat e
         [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 2 ] && grep -q 'No space left' e || return 1
+        [ "$n" -gt 0 ] || [ $status -eq 1 ] || return 1 # nobody has asked it to stop
         grep -q '; to write the report, too, .*: .*farm' e && [ -s full.png ] || return 1
         grep -q 'Wall time of rank 0' o && ! grep -q '^report' o || { cat o; return 1; }
         run 0 farm_n "$n" "$SCENE" output.image=full.png && cat "$T/err" &&
