@@ -10,6 +10,11 @@ static inline uint32_t smaller(uint32_t a, uint32_t b)
     return a < b ? a : b;
 }
 
+static inline uint32_t larger(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
 /* a / b, rounded up. */
 static inline uint32_t divide_up(uint32_t a, uint32_t b)
 {

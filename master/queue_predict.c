@@ -92,38 +92,71 @@ void predictions_settle(struct queue *queue, double now)
 /* A tile that costs more than FAR_DEARER times what was predicted says something about its neighbours. */
 #define FAR_DEARER 2
 
-/* Corrects the prediction of a tile, if it waits: it may cost as much as this density (work per pixel) at worst,
- * and is predicted to cost half as much. */
-static void warn_of(struct queue *queue, uint32_t id, double density)
+/* Part of the picture: pixels from x to right - 1, y to bottom - 1. */
+struct area {
+    uint32_t x, y, right, bottom;
+};
+
+/* The number of pixels of the tile that are warned of. Tiles of automatic size lie in the area or touch it: all of
+ * them. Larger ones reach far beyond it: those within. */
+static uint64_t pixels_warned(const struct queue *queue, const struct item *item,
+                              const struct area *near)
+{
+    if (queue->config.tile_edge <= DYNAMIC_EDGE) return area(item);
+    uint32_t x = larger(item->x, near->x), right = smaller(item->x + item->w, near->right);
+    uint32_t y = larger(item->y, near->y), bottom = smaller(item->y + item->h, near->bottom);
+    return x < right && y < bottom ? (uint64_t)(right - x) * (bottom - y) : 0;
+}
+
+/* Corrects the prediction of a tile, if it waits: its pixels in the area may cost as much as this density (work per
+ * pixel) at worst, and are predicted to cost half as much. */
+static void warn_of(struct queue *queue, uint32_t id, const struct area *near, double density)
 {
     struct item *item = &queue->items[id];
-    double dear = density * (double)area(item);
-    if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
+    if (!agenda_has(&queue->waiting, id)) return;
+    uint64_t warned = pixels_warned(queue, item, near);
+    double dear = density * (double)warned, part = (double)warned / (double)area(item);
+    double worst = (double)item->worst * part, work = (double)item->work * part;
+    if (worst >= dear) return;
     queue_unset_waiting(queue, id);
     queue_uncount_outlook(queue, id);
     pace_place(&queue->pace); /* with the predictions so far */
     queue->pace.total -= (double)item->work;
-    item->worst = (float)dear;
-    item->work = fmaxf(item->work, (float)(dear / 2));
+    item->worst = (float)((double)item->worst - worst + dear);
+    item->work = (float)((double)item->work - work + larger_number(work, dear / 2));
     item->priority = fmax(item->priority, density);
     queue->pace.total += (double)item->work;
     queue_count_outlook(queue, id);
     queue_set_waiting(queue, id);
 }
 
+/* The squares that a tile lies in, and those beside them: their sides are those of the initial tiles, DYNAMIC_EDGE
+ * pixels at most. For a joined tile, those of its first part. */
+static struct area around(const struct queue *queue, const struct tile *tile)
+{
+    const struct queue_config *config = &queue->config;
+    uint32_t side = smaller(config->tile_edge, DYNAMIC_EDGE);
+    uint32_t column = tile->x / side, row = tile->y / side;
+    uint32_t last_x = tile->x + smaller(tile->w, config->tile_edge) - 1;
+    uint32_t last_y = tile->y + smaller(tile->h, config->tile_edge) - 1;
+    return (struct area){.x = (column - (column > 0)) * side,
+                         .y = (row - (row > 0)) * side,
+                         .right = smaller((last_x / side + 2) * side, config->width),
+                         .bottom = smaller((last_y / side + 2) * side, config->height)};
+}
+
 /* A tile of pass 0 was more expensive than predicted: raises the predictions of the tiles around it, and of what
- * was split off them or it; for a joined tile, around its first part. */
+ * was split off them or it. */
 static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
-    uint32_t column = tile->x / edge, row = tile->y / edge;
-    uint32_t rows = divide_up(queue->config.height, edge);
+    struct area near = around(queue, tile);
     double density = work / tile_pixels(tile);
-    for (uint32_t y = row - (row > 0); y <= row + 1 && y < rows; y++) {
-        for (uint32_t x = column - (column > 0); x <= column + 1 && x < columns; x++) {
+    for (uint32_t y = near.y / edge; y * edge < near.bottom; y++) {
+        for (uint32_t x = near.x / edge; x * edge < near.right; x++) {
             uint32_t id = y * columns + x;
             do
-                warn_of(queue, id, density);
+                warn_of(queue, id, &near, density);
             while ((id = queue->items[id].rest) != 0);
         }
     }

@@ -119,12 +119,35 @@ static void test_neighbours_are_warned(void **state)
     }
 }
 
+/* Where tiles are large, only what is near the expensive one is taken to be as expensive, whatever tiles it is part of:
+ * otherwise a few expensive pixels would make all predictions far too high. */
+static void test_large_tiles_are_warned_in_part(void **state)
+{
+    (void)state;
+    for (uint32_t edge = 32; edge <= 128; edge *= 2) {
+        const struct queue_config config = {
+            .width = 1280, .height = 640, .renderers = 1, .tile_edge = edge, .probe_edge = 8};
+        struct queue *queue = queue_create(&config);
+        double now = 2e-3, seconds = 1;
+        settle_halves(queue, config.width);
+        struct tile tile = begin_cheap(queue, config.width, &now);
+        double total = queue->pace.total, unit = pace_seconds(&queue->pace, 0, 1);
+        double density = seconds / unit / tile_pixels(&tile);
+        queue_finish(queue, 0, tile.id, now, seconds);
+        double more = (queue->pace.total - total) / (density / 2);
+        uint32_t around = (tile.w + 64) * (tile.h + 64) - tile_pixels(&tile);
+        assert_true(more > 16 * 16 && more < around);
+        queue_destroy(queue);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_probes_are_checked),
         cmocka_unit_test(test_predictions_stay_numbers),
         cmocka_unit_test(test_neighbours_are_warned),
+        cmocka_unit_test(test_large_tiles_are_warned_in_part),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
