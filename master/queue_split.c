@@ -119,11 +119,26 @@ uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
     return (uint32_t)ceil(fmin(wanted, (double)area(item) / small));
 }
 
+/*
+ * While nothing is predicted, a tile that is larger than those that are chosen automatically is at most this part of an
+ * even share of the pixels: it may be from the most expensive spot of the picture. With tiles of 64 x 64 pixels, 16
+ * samples of the lantern at 1920 x 1440 on 24 to 64 processors are 7 % faster.
+ */
+#define BLIND_PARTS 112
+
+/* Whether nothing is predicted yet, and the tile would be too large a part of a renderer's share. */
+static bool is_blind_risk(const struct queue *queue, const struct item *item)
+{
+    return !queue->settled && area(item) > DYNAMIC_EDGE * DYNAMIC_EDGE &&
+           BLIND_PARTS * (double)item->work * queue_processors(queue) > queue->pace.total;
+}
+
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first)
 {
     const struct item *item = &queue->items[id];
     double from = area(item) <= largest_small(queue) ? SPLIT_SMALL : SPLIT_FROM;
     bool large = (double)item->work > from * lot.work || (double)item->worst > from * lot.worst;
-    return ((first && large) || is_dear(queue, item, DEAR_PIXELS) || is_too_long(queue, item)) &&
+    return ((first && large) || is_blind_risk(queue, item) || is_dear(queue, item, DEAR_PIXELS) ||
+            is_too_long(queue, item)) &&
            split_is_possible(queue, id);
 }

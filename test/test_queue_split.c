@@ -122,6 +122,26 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(4096), 8);
 }
 
+/* Before there are predictions a lot has several tiles, however large the initial ones are: a single one may be more
+ * than a renderer's share of all work. */
+static void test_blind_lots_have_several_tiles(void **state)
+{
+    (void)state;
+    for (uint32_t edge = 16; edge <= 512; edge *= 2) {
+        const struct queue_config config = {
+            .width = 2560, .height = 1920, .renderers = 44, .tile_edge = edge, .probe_edge = 8};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        uint32_t count;
+        while ((count = queue_next(queue, 0, 0, lot)) > 0 && lot[0].pass == TILE_PROBE)
+            for (uint32_t i = 0; i < count; i++)
+                queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4);
+        assert_false(queue->settled);
+        assert_true(count >= 8);
+        queue_destroy(queue);
+    }
+}
+
 /* Every renderer but 0 holds a lot that it got before there were predictions. Then all probes come back, those of
  * renderer 0 last. */
 static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uint32_t *counts)
@@ -292,6 +312,7 @@ int main(void)
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
+        cmocka_unit_test(test_blind_lots_have_several_tiles),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
         cmocka_unit_test(test_blind_on_shared_cores),
