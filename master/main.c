@@ -97,6 +97,17 @@ static void begin_watch(struct run *run, const struct view *view)
     watch_add(&run->watch, resumed->pixels, &header);
 }
 
+/* Bytes of scene and BVH that are at least sent and built in a second: a hundredth of what a slow network and a
+ * slow processor do. */
+#define START_BYTES 1e6
+
+/* Seconds within which all ranks have to have the scene, and to report for work after that. */
+static unsigned start_limit(const struct run *run, const struct scene *scene)
+{
+    double bytes = (double)scene->bytes + (double)bvh_bytes_bound(scene);
+    return (unsigned)ceil(fmin(run->job.settings.farm.patience + bytes / START_BYTES, 1e9));
+}
+
 /* The input of serve(); own: rank 0's renderer. */
 static struct service service_of(struct run *run, const struct node_scene *shared,
                                  const struct tile_renderer *own)
@@ -123,6 +134,7 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .trays = shared->trays,
         .arrivals = shared->arrivals,
         .patience = settings->farm.patience,
+        .start_patience = start_limit(run, shared->scene),
         .stats = run->stats};
 }
 
@@ -233,17 +245,6 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
 /* Seconds within which all ranks have to start, before the settings are read: thousands of them take a minute. */
 #define LAUNCH_PATIENCE 300
 
-/* Bytes of scene and BVH that are at least sent and built in a second: a hundredth of what a slow network and a
- * slow processor do. */
-#define START_BYTES 1e6
-
-/* Seconds within which all ranks have to have the scene. */
-static unsigned start_limit(const struct run *run, const struct welcome *welcome)
-{
-    double bytes = (double)welcome->scene_bytes + (double)welcome->bvh_bytes;
-    return (unsigned)ceil(fmin(run->job.settings.farm.patience + bytes / START_BYTES, 1e9));
-}
-
 /* Whether mpiexec would not return this status. After a signal that it has received, too, it often returns 0 for
  * one or two ranks, whatever these return (MPICH 4.0.2). A run that was complete all the same ends in the usual
  * way. */
@@ -268,7 +269,7 @@ static int run_rank(struct run *run, int rank)
         }
         welcome.status = status < 0 ? STATUS_DONE : (uint32_t)status;
         if (status < 0)
-            stop_watch_the_start(start_limit(run, &welcome));
+            stop_watch_the_start(start_limit(run, block));
         else
             stop_watch_the_end(status);
     }

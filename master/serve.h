@@ -51,8 +51,9 @@ struct service {
     bool all_ring;             /* all renderers are on this machine */
     struct tray *const *trays; /* per rank; NULL: none, as it is on another machine */
     struct arrivals *arrivals; /* of the ranks that have a tray; NULL: none has */
-    /* Seconds without a sign of life after which others get what a renderer holds. */
-    double patience;
+    /* Seconds without a sign of life after which others get what a renderer holds; and of a renderer that has not
+     * reported for work, which may still be building the BVH of its node. */
+    double patience, start_patience;
     /* Set as soon as nothing that is being rendered matters any more: `own` gives up, too. */
     atomic_bool ending;
     /* The tile that `own` is rendering is of no use any more: it gives up this tile, but not the run. */

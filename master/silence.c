@@ -37,7 +37,9 @@ void note_sign(struct server *server, uint32_t renderer)
 static void look_for(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
-    double since = server->awake_s - contact->heard_at, patience = server->service->patience;
+    const struct service *service = server->service;
+    double since = server->awake_s - contact->heard_at;
+    double patience = contact->is_ready ? service->patience : service->start_patience;
     double ask = fmin(ASK_AFTER, patience / 2); /* leaves time for an answer */
     if (contact->is_gone || contact->is_told || contact->is_silent || since < ask) return;
     if (contact->is_ready && !contact->is_asked) {

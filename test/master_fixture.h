@@ -135,7 +135,8 @@ static inline struct farm *farm_open(const struct queue_config *config)
                                      .trays = farm->trays,
                                      .arrivals = farm->arrivals,
                                      .stats = farm->stats,
-                                     .patience = 60};
+                                     .patience = 60,
+                                     .start_patience = 60};
     farm->server = (struct server){.service = &farm->service,
                                    .start = clock_wall(),
                                    .woken_at = clock_wall(),

@@ -77,6 +77,24 @@ static void test_who_leaves(void **state)
     }
 }
 
+/* A renderer that has not reported for work may still be building its BVH, and has longer. */
+static void test_who_has_not_started(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    farm->service.start_patience = 300;
+    for (int seconds = 0; seconds <= 400; seconds += 50) {
+        contact->heard_at = -seconds;
+        farm->server.next_look = farm->server.awake_s = 0;
+        farm->server.woken_at = clock_wall();
+        look_for_silence(&farm->server);
+        assert_int_equal(contact->is_silent, seconds >= 300);
+        assert_false(contact->is_asked); /* it does not listen yet */
+    }
+    farm_close(farm);
+}
+
 /* However short the patience is, a renderer that is asked for a sign of life has time to answer. */
 static void test_who_is_asked(void **state)
 {
@@ -116,9 +134,10 @@ static void test_who_is_left(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_who_is_silent),  cmocka_unit_test(test_who_is_asked_again),
-        cmocka_unit_test(test_stopped_master), cmocka_unit_test(test_who_leaves),
-        cmocka_unit_test(test_who_is_asked),   cmocka_unit_test(test_who_is_left),
+        cmocka_unit_test(test_who_is_silent),       cmocka_unit_test(test_who_is_asked_again),
+        cmocka_unit_test(test_stopped_master),      cmocka_unit_test(test_who_leaves),
+        cmocka_unit_test(test_who_has_not_started), cmocka_unit_test(test_who_is_asked),
+        cmocka_unit_test(test_who_is_left),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
