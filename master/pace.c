@@ -70,13 +70,6 @@
  * work gets no lot that is smaller than this part. */
 #define REST_PART 0.5
 
-/* The weight of a new measurement in the estimate of the delay; and the shortest lot as a part of the delay: a
- * half, as a renderer has two lots. This bound is never more than LEAST_MOST of the whole time, which is what is
- * lost if the last answer is later by that. */
-#define DELAY_NEW   0.05
-#define DELAY_LEAST 0.5
-#define LEAST_MOST  0.02
-
 /* The least sum of speeds, for when all renderers are lost. */
 #define LEAST_SPEED 1e-3
 
@@ -186,7 +179,7 @@ void pace_restart(struct pace *pace)
     for (uint32_t i = 0; i < pace->count; i++) {
         struct pace_renderer *r = &pace->renderers[i];
         overlook(pace, i);
-        *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch, .since = (double)NAN};
+        *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
     pace->holders = pace->lost_count = 0;
@@ -255,24 +248,12 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
     double start = r->holds ? larger_number(r->free_at, now) : now;
-    if (!r->holds) {
-        r->since = now;
-        r->rendered = 0;
-        r->awaited = 0;
-    }
-    if (!r->holds || r->free_at <= now) r->awaited++;
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
     pace->given += work;
     pace->lots++;
     enter(pace, renderer);
-}
-
-void pace_has(struct pace *pace, uint32_t renderer, double now, double work)
-{
-    pace_given(pace, renderer, now, work);
-    pace->renderers[renderer].since = (double)NAN;
 }
 
 /* The speed of a renderer: predicted over measured time, as if it had answered one average lot at speed 1
@@ -287,17 +268,6 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
-/* Measures the delay: of the time from when a renderer got work to when it had none left, the part in which it
- * did not render. In that time lots were under way for which it waited. */
-static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
-                          bool holds)
-{
-    r->rendered += busy;
-    if (holds || pace->blind || isnan(r->since)) return;
-    double delay = larger_number(now - r->since - r->rendered, 0) / r->awaited;
-    pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
-}
-
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds)
 {
@@ -308,7 +278,6 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     pace->busy += busy;
     if (pace->work > 0) pace->scale = pace->busy / pace->work;
     measure_speed(pace, r, now, work, busy);
-    measure_delay(pace, r, now, busy, holds);
     r->held = larger_number(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
@@ -316,12 +285,10 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     if (first && pace->scale > 0) date_unknown(pace, now);
 }
 
-void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
-                  bool holds)
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
-    r->rendered += busy;
     r->held = larger_number(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
@@ -371,9 +338,7 @@ double pace_least(const struct pace *pace, uint32_t renderer)
     double stretch = pace->renderers[renderer].stretch;
     double part = LEAST_PART * stretch * (stretch > 1 ? LEAST_SHARED : 1);
     double whole = pace->total * pace->scale / larger_number(pace->speed, LEAST_SPEED);
-    double longer = smaller_number(DELAY_LEAST * pace->delay_s, LEAST_MOST * whole);
-    return larger_number(larger_number(pace->count * pace->service_s / SERVICE_MOST, part * whole),
-                         longer);
+    return larger_number(pace->count * pace->service_s / SERVICE_MOST, part * whole);
 }
 
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)

@@ -21,9 +21,6 @@ struct pace_renderer {
     double work, busy; /* of its answers, older ones fading: predicted work, measured seconds */
     double held;       /* predicted work that it holds */
     double free_at;    /* when it should have finished that; valid while it holds work */
-    double since;      /* when it got work after having had none; NAN: not known */
-    double rendered;   /* seconds of rendering that it has reported since then */
-    uint32_t awaited;  /* lots that it got since then at a time when it should have had none left */
     bool holds;        /* it holds work */
     bool lost;         /* it is late: nothing is expected of it until it answers */
 };
@@ -49,9 +46,6 @@ struct pace {
     uint32_t lost_count;           /* number of renderers that are lost */
     bool blind;                    /* there are no useful predictions yet */
     struct pace_service service;   /* of the master */
-    /* How long a lot and its answer are under way, with the time until they are noticed: mean over the times
-     * from when a renderer gets work until it has none left. */
-    double delay_s;
     /* Seconds that the master needs per answer, without the part that is proportional to its pixels. */
     double service_s;
     struct heap last;  /* renderers with work; on top the one that will finish it last */
@@ -72,16 +66,12 @@ void pace_restart(struct pace *pace);
 /* The renderer has been given this work. */
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* After pace_restart(): the renderer has held this work for some time. */
-void pace_has(struct pace *pace, uint32_t renderer, double now, double work);
-
 /* The renderer has answered for `work`, which took it `busy` seconds; holds: it still holds work. */
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
-/* The same for work that it has dropped, after `busy` seconds of rendering it. */
-void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
-                  bool holds);
+/* The same for work that it has dropped. */
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds);
 
 /* Updates the heaps last, soon and late, before they are read. A renderer changes with every tile of an answer
  * and with its next lot, but its places in the heaps are updated only once. */

@@ -185,7 +185,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
     if (tile.pass == TILE_PROBE) {
         /* If the last tile that it held was a probe, the renderer may be late by now. Nothing else would tell
          * that it has answered. */
-        if (!holds) pace_dropped(&queue->pace, renderer, now, 0, 0, false);
+        if (!holds) pace_dropped(&queue->pace, renderer, now, 0, false);
         dynamic_probed(queue, now);
         return ANSWER_IN_VAIN;
     }
@@ -248,7 +248,7 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
     queue->count.wasted_s += seconds;
     if (!queue->is_dynamic) return;
     withdraw_dropped(queue, id);
-    pace_dropped(&queue->pace, renderer, now, hold.work, seconds,
+    pace_dropped(&queue->pace, renderer, now, hold.work,
                  queue->holdings.holders[renderer].count > 0);
 }
 

@@ -53,7 +53,7 @@ static void predict_held(struct queue *queue, double now)
             held += hold->work;
             i = hold->next;
         }
-        if (held > 0) pace_has(&queue->pace, renderer, now, held);
+        if (held > 0) pace_given(&queue->pace, renderer, now, held);
     }
 }
 

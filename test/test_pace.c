@@ -38,11 +38,11 @@ static void test_service(void **state)
     pace_free(&pace);
 }
 
-/* A lot of one second of work, whose answer comes after this delay besides rendering. */
-static void work_once(struct pace *pace, double *now, double delay)
+/* A lot of one second of work. */
+static void work_once(struct pace *pace, double *now)
 {
     pace_given(pace, 0, *now, 1);
-    *now += 1 + delay;
+    *now += 1;
     pace_answered(pace, 0, *now, 1, 1, false);
 }
 
@@ -55,69 +55,12 @@ static void test_longest_lot(void **state)
     pace_init(&pace, 4);
     pace.total = 100;
     for (int i = 0; i < 20; i++)
-        work_once(&pace, &now, 0);
+        work_once(&pace, &now);
     pace_served(&pace, 1e-6, 1);
     assert_near(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work), 0.25, 1e-6);
     for (int i = 0; i < 400; i++)
         pace_served(&pace, 1e-2, 1);
     assert_true(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work) > 1);
-    pace_free(&pace);
-}
-
-/* No lot is shorter than a part of the delay, but none is long compared with the whole run. */
-static void test_delay(void **state)
-{
-    (void)state;
-    struct pace pace;
-    double now = 0;
-    pace_init(&pace, 1);
-    pace.total = 1000; /* which take as many seconds */
-    for (int i = 0; i < 200; i++)
-        work_once(&pace, &now, 1e-6);
-    double least = pace_least(&pace, 0);
-    assert_near(pace.delay_s, 1e-6, 0.01);
-    for (int i = 0; i < 200; i++)
-        work_once(&pace, &now, 16);
-    assert_near(pace.delay_s, 16, 0.01);
-    assert_near(pace_least(&pace, 0), 8, 0.01);
-    assert_true(least < 8);
-    for (int i = 0; i < 200; i++)
-        work_once(&pace, &now, 1000);
-    assert_true(pace_least(&pace, 0) < 0.05 * 1000);
-    pace_free(&pace);
-}
-
-/* The delay is that of a lot that was waited for, not of those that were in reserve meanwhile; what was
- * rendered in vain is none. */
-static void test_delay_of_a_lot(void **state)
-{
-    (void)state;
-    struct pace pace;
-    double now = 0;
-    pace_init(&pace, 1);
-    pace.total = 1000;
-    for (int i = 0; i < 200; i++) {
-        pace_given(&pace, 0, now, 1);
-        for (int k = 0; k < 8; k++) {
-            pace_given(&pace, 0, now, 1);
-            now += 1;
-            if (k % 2)
-                pace_dropped(&pace, 0, now, 1, 1, true);
-            else
-                pace_answered(&pace, 0, now, 1, 1, true);
-        }
-        now += 1 + 1e-3;
-        pace_answered(&pace, 0, now, 1, 1, false);
-    }
-    assert_near(pace.delay_s, 1e-3, 0.01);
-    /* Nobody knows for how long it has had what it has, nothing by the new prediction or this much. */
-    pace_restart(&pace);
-    pace_answered(&pace, 0, now, 0, 1, false);
-    assert_near(pace.delay_s, 1e-3, 0.01);
-    pace_restart(&pace);
-    pace_has(&pace, 0, now, 1);
-    pace_answered(&pace, 0, now + 1, 1, 9, false);
-    assert_near(pace.delay_s, 1e-3, 0.01);
     pace_free(&pace);
 }
 
@@ -188,7 +131,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_service), cmocka_unit_test(test_longest_lot),
-        cmocka_unit_test(test_delay),   cmocka_unit_test(test_delay_of_a_lot),
         cmocka_unit_test(test_calm),    cmocka_unit_test(test_calm_of_few_answers),
         cmocka_unit_test(test_late),
     };
