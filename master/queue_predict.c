@@ -92,15 +92,15 @@ void predictions_settle(struct queue *queue, double now)
 /* A tile that costs more than FAR_DEARER times what was predicted says something about its neighbours. */
 #define FAR_DEARER 2
 
-/* Part of the picture: pixels from x to right - 1, y to bottom - 1. */
-struct area {
+/* Where a tile was more expensive than predicted: pixels from x to right - 1, y to bottom - 1. */
+struct surroundings {
     uint32_t x, y, right, bottom;
 };
 
-/* The number of pixels of the tile that are warned of. Tiles of automatic size lie in the area or touch it: all of
+/* The number of pixels of the tile whose prediction is raised. Tiles of automatic size lie in the area or touch it: all of
  * them. Larger ones reach far beyond it: those within. */
-static uint64_t pixels_warned(const struct queue *queue, const struct item *item,
-                              const struct area *near)
+static uint64_t pixels_near(const struct queue *queue, const struct item *item,
+                            const struct surroundings *near)
 {
     if (queue->config.tile_edge <= DYNAMIC_EDGE) return area(item);
     uint32_t x = larger(item->x, near->x), right = smaller(item->x + item->w, near->right);
@@ -110,12 +110,13 @@ static uint64_t pixels_warned(const struct queue *queue, const struct item *item
 
 /* Corrects the prediction of a tile, if it waits: its pixels in the area may cost as much as this density (work per
  * pixel) at worst, and are predicted to cost half as much. */
-static void warn_of(struct queue *queue, uint32_t id, const struct area *near, double density)
+static void raise_prediction(struct queue *queue, uint32_t id, const struct surroundings *near,
+                             double density)
 {
     struct item *item = &queue->items[id];
     if (!agenda_has(&queue->waiting, id)) return;
-    uint64_t warned = pixels_warned(queue, item, near);
-    double dear = density * (double)warned, part = (double)warned / (double)area(item);
+    uint64_t pixels = pixels_near(queue, item, near);
+    double dear = density * (double)pixels, part = (double)pixels / (double)area(item);
     double worst = (double)item->worst * part, work = (double)item->work * part;
     if (worst >= dear) return;
     queue_unset_waiting(queue, id);
@@ -132,31 +133,31 @@ static void warn_of(struct queue *queue, uint32_t id, const struct area *near, d
 
 /* The squares that a tile lies in, and those beside them: their sides are those of the initial tiles, DYNAMIC_EDGE
  * pixels at most. For a joined tile, those of its first part. */
-static struct area around(const struct queue *queue, const struct tile *tile)
+static struct surroundings around(const struct queue *queue, const struct tile *tile)
 {
     const struct queue_config *config = &queue->config;
     uint32_t side = smaller(config->tile_edge, DYNAMIC_EDGE);
     uint32_t column = tile->x / side, row = tile->y / side;
     uint32_t last_x = tile->x + smaller(tile->w, config->tile_edge) - 1;
     uint32_t last_y = tile->y + smaller(tile->h, config->tile_edge) - 1;
-    return (struct area){.x = (column - (column > 0)) * side,
-                         .y = (row - (row > 0)) * side,
-                         .right = smaller((last_x / side + 2) * side, config->width),
-                         .bottom = smaller((last_y / side + 2) * side, config->height)};
+    return (struct surroundings){.x = (column - (column > 0)) * side,
+                                 .y = (row - (row > 0)) * side,
+                                 .right = smaller((last_x / side + 2) * side, config->width),
+                                 .bottom = smaller((last_y / side + 2) * side, config->height)};
 }
 
 /* A tile of pass 0 was more expensive than predicted: raises the predictions of the tiles around it, and of what
  * was split off them or it. */
-static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
+static void raise_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
-    struct area near = around(queue, tile);
+    struct surroundings near = around(queue, tile);
     double density = work / tile_pixels(tile);
     for (uint32_t y = near.y / edge; y * edge < near.bottom; y++) {
         for (uint32_t x = near.x / edge; x * edge < near.right; x++) {
             uint32_t id = y * columns + x;
             do
-                warn_of(queue, id, &near, density);
+                raise_prediction(queue, id, &near, density);
             while ((id = queue->items[id].rest) != 0);
         }
     }
@@ -169,5 +170,5 @@ void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile
     if (!queue->settled || unit <= 0 || seconds <= FAR_DEARER * predicted * unit) return;
     if (tile->pass > 0) return; /* the tiles of pass 0 around it are finished */
     if (seconds < pace_least(&queue->pace, renderer)) return;
-    warn_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));
+    raise_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));
 }
