@@ -53,13 +53,9 @@
 /* The master's seconds per answer until they are measured: some MPICH messages and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The part of the master's time that may go into partial answers to lots, nearly all of which bring no news. It
- * is SERVICE_SELDOM, a fifth of the hundredth of a core that the master is to take; but it may be SERVICE_OFTEN,
- * half of that hundredth, where partial answers would otherwise come less often than progress is to show. In
- * simulated runs of five scenes on 41 to 47 processors a half in place of the fifth made up to a third more
- * messages, and none of them faster. */
-#define SERVICE_SELDOM 0.002
-#define SERVICE_OFTEN  0.005
+/* The part of the master's time that may go into partial answers to lots, nearly all of which bring no news: half of
+ * the hundredth of a core that the master is to take. */
+#define SERVICE_PARTIAL 0.005
 
 /* The weight of a new measurement in the estimate of the master's seconds per answer; and the least part of an
  * answer's time that is taken to be independent of its pixels: measurements are rough. */
@@ -323,9 +319,7 @@ double pace_even_end(const struct pace *pace, double now, double waiting)
 
 double pace_answer_after(const struct pace *pace)
 {
-    double service_s = pace->count * pace->service_s;
-    return larger_number(smaller_number(service_s / SERVICE_SELDOM, LONGEST_S),
-                         service_s / SERVICE_OFTEN);
+    return larger_number(LONGEST_S, pace->count * pace->service_s / SERVICE_PARTIAL);
 }
 
 double pace_report_after(const struct pace *pace, uint32_t renderer, double work)
