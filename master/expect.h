@@ -2,8 +2,6 @@
 #ifndef FARM_MASTER_EXPECT_H
 #define FARM_MASTER_EXPECT_H
 
-#include <stdint.h>
-
 #include "common/crew.h"
 #include "master/statistics.h"
 

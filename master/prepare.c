@@ -6,7 +6,6 @@
 #include "common/message.h"
 #include "common/number.h"
 #include "master/enclosed.h"
-#include "master/image_file.h"
 #include "master/journal.h"
 #include "master/late_note.h"
 #include "master/output_file.h"

@@ -6,7 +6,6 @@
 #include "master/load.h"
 #include "master/loader.h"
 #include "master/path.h"
-#include "master/scene_sections.h"
 
 /* The output stream, and whether the text can be read back. */
 struct printing {

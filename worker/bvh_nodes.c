@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "common/message.h"
-#include "worker/exact.h"
 
 /* The cost of visiting a node, with its eight box tests; see LEAF_COST. */
 #define STEP_COST 1.0

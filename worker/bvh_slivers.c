@@ -1,7 +1,6 @@
 #include "worker/bvh_slivers.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 #include "common/message.h"

@@ -10,7 +10,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "common/extremes.h"
 #include "common/vec.h"
 
 /* For functions that call many small ones: all calls are inlined, which compilers would not do by themselves. */

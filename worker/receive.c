@@ -1,7 +1,6 @@
 #include "worker/worker.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "common/clock.h"

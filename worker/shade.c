@@ -1,6 +1,7 @@
 #include "worker/shade.h"
 
 #include "worker/exact.h"
+#include "worker/optics.h"
 
 /*
  * Whether d . n <= 0, so that the ray meets the front or lies in the surface. The rounding errors of the

@@ -10,7 +10,6 @@
 #include <stdbool.h>
 
 #include "worker/nearest.h"
-#include "worker/optics.h"
 
 /* A hit, as seen from the ray that found it. */
 struct shading_point {
