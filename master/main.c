@@ -237,7 +237,7 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
         status = render_as_master(run, shared, renderer);
         dismiss_crew(run);
     } else {
-        work(MPI_COMM_WORLD, renderer, shared);
+        work(renderer, shared);
     }
     return status;
 }
@@ -273,7 +273,7 @@ static int run_rank(struct run *run, int rank)
         else
             stop_watch_the_end(status);
     }
-    int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
+    int status = share_scene(rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     struct renderer *renderer = start_renderer(&shared);
     if (rank == 0) stop_unwatch_the_start();
@@ -288,7 +288,7 @@ static int run_rank(struct run *run, int rank)
     }
     /* Everything is written: a rank that is stopped from here on holds nothing up. */
     if (rank == 0) stop_watch_the_end(status);
-    unshare_scene(MPI_COMM_WORLD, &shared);
+    unshare_scene(&shared);
     return status;
 }
 
@@ -390,11 +390,11 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
     nap_sharpen();
     message_set_rank(rank, end_job);
-    run.affinities = gather_affinities(MPI_COMM_WORLD);
+    run.affinities = gather_affinities();
     stop_unwatch_the_start();
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
-    status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
+    status = agree_on_status(run_rank(&run, rank));
     stop_watch_the_end(status);
     MPI_Finalize();
     if (run.neighbours) stop_see_off(run.neighbours, run.neighbour_count);

@@ -280,7 +280,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     for (unsigned i = 1; i <= manner->full && !manner->served; i++)
         slots_fill(&manner->tray->results, TRAY_SLOTS - i, 8);
     begin_to_speak(manner, &thread);
-    work(MPI_COMM_WORLD, renderer, &shared);
+    work(renderer, &shared);
     if (manner->late) pthread_join(thread, NULL);
     /* All messages that were sent were counted. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));

@@ -15,18 +15,18 @@ void wait_request(MPI_Request *request)
     }
 }
 
-void wait_for_all(MPI_Comm comm)
+void wait_for_all(void)
 {
     MPI_Request request;
-    MPI_Ibarrier(comm, &request);
+    MPI_Ibarrier(MPI_COMM_WORLD, &request);
     wait_request(&request);
 }
 
-bool all_agree(MPI_Comm comm, bool yes)
+bool all_agree(bool yes)
 {
     int own = yes, all;
     MPI_Request request;
-    MPI_Iallreduce(&own, &all, 1, MPI_INT, MPI_MIN, comm, &request);
+    MPI_Iallreduce(&own, &all, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD, &request);
     wait_request(&request);
     return all;
 }
@@ -43,23 +43,23 @@ void broadcast(MPI_Comm comm, void *data, size_t bytes)
     }
 }
 
-int agree_on_status(MPI_Comm comm, int status)
+int agree_on_status(int status)
 {
-    broadcast(comm, &status, sizeof status);
+    broadcast(MPI_COMM_WORLD, &status, sizeof status);
     return status;
 }
 
-struct affinity *gather_affinities(MPI_Comm comm)
+struct affinity *gather_affinities(void)
 {
     int rank, ranks;
     const int bytes = (int)sizeof(struct affinity);
     struct affinity own, *all = NULL;
     MPI_Request request;
-    MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &ranks);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     affinity_find(&own);
     if (rank == 0) all = allocate((size_t)ranks, sizeof *all);
-    MPI_Igather(&own, bytes, MPI_BYTE, all, bytes, MPI_BYTE, 0, comm, &request);
+    MPI_Igather(&own, bytes, MPI_BYTE, all, bytes, MPI_BYTE, 0, MPI_COMM_WORLD, &request);
     wait_request(&request);
     return all;
 }

@@ -37,11 +37,11 @@ struct node {
 };
 
 /*
- * Collective over comm. segment: one that this rank has made, in case it is the first of its node. Ranks
+ * Collective. segment: one that this rank has made, in case it is the first of its node. Ranks
  * sleep while they wait, except for the first ranks of several nodes. MPI_Comm_split_type() and
  * MPI_Win_allocate_shared(), which do the same, spin on all ranks: with 44 ranks on two cores that took three
  * quarters of a small picture's time.
  */
-void node_find(MPI_Comm comm, struct segment_address segment, struct node *node);
+void node_find(struct segment_address segment, struct node *node);
 
 #endif

@@ -66,11 +66,10 @@ struct room {
 };
 
 /* There are trays only on the node whose first rank is rank 0. */
-static struct room find_room(MPI_Comm comm, const struct welcome *welcome,
-                             const struct node_place *place)
+static struct room find_room(const struct welcome *welcome, const struct node_place *place)
 {
     int ranks;
-    MPI_Comm_size(comm, &ranks);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     size_t members = (size_t)place->size;
     return (struct room){
         .head =
@@ -112,17 +111,16 @@ static struct segment_head *create_node_segment(struct node_scene *shared, const
  * the others, to borrow their cores and to release their trays in the end. own: the segment that this rank
  * has made.
  */
-static void enter_node_segment(MPI_Comm comm, const struct room *room,
-                               const struct node_place *place, struct segment_address own,
-                               struct node_scene *shared)
+static void enter_node_segment(const struct room *room, const struct node_place *place,
+                               struct segment_address own, struct node_scene *shared)
 {
     int rank;
-    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (shared->leads) shared->head = create_node_segment(shared, room, place);
-    wait_for_all(comm);
+    wait_for_all();
     if (!shared->leads) shared->head = segment_open(place->segment, &shared->segment_bytes);
     shared->head->members[place->index] = (struct member){(int32_t)getpid(), rank};
-    wait_for_all(comm);
+    wait_for_all();
     segment_release(own);
     if (!shared->leads) return;
     shared->processes = allocate((size_t)place->size, sizeof *shared->processes);
@@ -174,16 +172,16 @@ static void send_scene(MPI_Comm leaders, const struct welcome *welcome, struct s
 }
 
 /* Brings the scene into the segment of every node. */
-static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+static void distribute(const struct welcome *welcome, struct scene *block,
                        struct node_scene *shared)
 {
     struct node node;
     const struct segment_address own = segment_make();
-    node_find(comm, own, &node);
-    const struct room room = find_room(comm, welcome, &node.place);
+    node_find(own, &node);
+    const struct room room = find_room(welcome, &node.place);
     shared->process_count = node.place.size;
     shared->leads = node.place.index == 0;
-    enter_node_segment(comm, &room, &node.place, own, shared);
+    enter_node_segment(&room, &node.place, own, shared);
     struct segment_head *head = shared->head;
     char *scene = (char *)head + head->offset;
     if (shared->leads) {
@@ -192,7 +190,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     }
     if (node.leaders != MPI_COMM_NULL) MPI_Comm_free(&node.leaders);
     /* After this barrier all ranks of a node see what its first rank has written. */
-    wait_for_all(comm);
+    wait_for_all();
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + round_up_to(welcome->scene_bytes, CACHE_LINE));
@@ -202,18 +200,17 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
         fatal("farm.kernel = %s is not for this processor", processor_level_names[level]);
 }
 
-int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
-                struct node_scene *shared)
+int share_scene(const struct welcome *welcome, struct scene *block, struct node_scene *shared)
 {
     struct welcome heard = {0};
     if (welcome) heard = *welcome;
-    broadcast(comm, &heard, sizeof heard);
+    broadcast(MPI_COMM_WORLD, &heard, sizeof heard);
     if (!welcome_valid(&heard, farm_build))
         fatal("this is farm %s, but rank 0 runs another build", farm_build);
     if (heard.scene_bytes == 0) return (int)heard.status;
     double start = clock_wall();
     *shared = (struct node_scene){0};
-    distribute(comm, &heard, block, shared);
+    distribute(&heard, block, shared);
     shared->broadcast_s = clock_wall() - start;
     return -1;
 }
@@ -258,9 +255,9 @@ static void free_node_segment(struct node_scene *shared)
         tray_free(trays + i - 1);
 }
 
-void unshare_scene(MPI_Comm comm, struct node_scene *shared)
+void unshare_scene(struct node_scene *shared)
 {
-    wait_for_all(comm);
+    wait_for_all();
     if (shared->leads) free_node_segment(shared);
     if (shared->own_memory)
         free(shared->own_memory);

@@ -3,7 +3,6 @@
 #ifndef FARM_WORKER_NODE_SCENE_H
 #define FARM_WORKER_NODE_SCENE_H
 
-#include <mpi.h>
 #include <stdbool.h>
 
 #include "common/protocol.h"
@@ -36,16 +35,15 @@ struct node_scene {
 };
 
 /*
- * share_scene() is collective over comm. Rank 0 passes the welcome and, if its scene_bytes is not 0, the
+ * share_scene() is collective. Rank 0 passes the welcome and, if its scene_bytes is not 0, the
  * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. If scene_bytes is
  * 0, there is nothing to render, and it returns the exit status of the job. Else it returns -1 and fills in
  * *shared, to be released with unshare_scene(), except for `processes`. There is no BVH before share_bvh(),
  * which every rank calls afterwards: the first rank of each node builds it, and the others wait for it, after
  * whatever else they have to do. Both functions wait without using CPU time.
  */
-int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
-                struct node_scene *shared);
+int share_scene(const struct welcome *welcome, struct scene *block, struct node_scene *shared);
 void share_bvh(struct node_scene *shared);
-void unshare_scene(MPI_Comm comm, struct node_scene *shared);
+void unshare_scene(struct node_scene *shared);
 
 #endif

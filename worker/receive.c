@@ -9,7 +9,7 @@
 void post_receive(struct worker *worker)
 {
     MPI_Irecv(worker->incoming, (int)sizeof *worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG,
-              worker->comm, &worker->receive);
+              MPI_COMM_WORLD, &worker->receive);
 }
 
 static void take_start(struct worker *worker, size_t bytes)

@@ -12,7 +12,7 @@ void send_to_master(struct worker *worker, enum message_tag tag, const void *byt
                     MPI_Request *request)
 {
     if (worker->arrivals) arrivals_send(worker->arrivals);
-    MPI_Isend(bytes, (int)size, MPI_BYTE, 0, (int)tag, worker->comm, request);
+    MPI_Isend(bytes, (int)size, MPI_BYTE, 0, (int)tag, MPI_COMM_WORLD, request);
     worker->unsettled = true;
 }
 

@@ -179,14 +179,13 @@ static void render_next(struct worker *worker)
     lot->refinements = NULL;
 }
 
-static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
+static void start_worker(struct worker *worker, struct renderer *renderer,
                          const struct node_scene *shared)
 {
     int rank;
     const struct view *view = &shared->scene->view;
-    MPI_Comm_rank(comm, &rank);
-    *worker = (struct worker){.comm = comm,
-                              .renderer = renderer,
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    *worker = (struct worker){.renderer = renderer,
                               .view = view,
                               .bell = shared->bell,
                               .tray = shared->tray,
@@ -256,10 +255,10 @@ static void wait_for_message(struct worker *worker, struct nap *nap)
     if (!rung && !moves) worker->unsettled = true;
 }
 
-void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)
+void work(struct renderer *renderer, const struct node_scene *shared)
 {
     struct worker worker;
-    start_worker(&worker, comm, renderer, shared);
+    start_worker(&worker, renderer, shared);
     struct nap nap = {0};
     renderer_on_wave(renderer, poll_whether_to_give_up, &worker);
     while (!worker.stopped) {

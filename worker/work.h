@@ -5,8 +5,6 @@
 #ifndef FARM_WORKER_WORK_H
 #define FARM_WORKER_WORK_H
 
-#include <mpi.h>
-
 struct node_scene;
 struct renderer;
 
@@ -14,6 +12,6 @@ struct renderer;
  * Renders tiles for the master until it says STOP. Every rank but 0 calls this, while rank 0 is inside
  * serve(). renderer: as for renderer_task().
  */
-void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
+void work(struct renderer *renderer, const struct node_scene *shared);
 
 #endif

@@ -43,7 +43,6 @@ struct lot {
  * is empty and has room for the rest of the lot.
  */
 struct worker {
-    MPI_Comm comm;
     struct renderer *renderer;
     const struct view *view;
     /* That of this node's first rank; if the master is on another node, ringing it has no effect. */
