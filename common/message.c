@@ -1,6 +1,5 @@
 #include "common/message.h"
 
-#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -78,7 +77,7 @@ char *printable_text(const char *text)
     return copy;
 }
 
-static char *format_arguments(const char *format, va_list arguments)
+char *format_arguments(const char *format, va_list arguments)
 {
     char *text;
     if (vasprintf(&text, format, arguments) < 0) abort();

@@ -7,6 +7,7 @@
 #ifndef FARM_COMMON_MESSAGE_H
 #define FARM_COMMON_MESSAGE_H
 
+#include <stdarg.h>
 #include <stddef.h>
 
 #define MESSAGE_FORMAT(text, first) __attribute__((format(printf, text, first)))
@@ -99,6 +100,8 @@ char *copy_text(const char *text) __attribute__((returns_nonnull));
 
 /* Formats as printf() does into a new string, which the caller frees. */
 char *format_text(const char *format, ...) MESSAGE_FORMAT(1, 2) __attribute__((returns_nonnull));
+char *format_arguments(const char *format, va_list arguments) MESSAGE_FORMAT(1, 0)
+    __attribute__((returns_nonnull));
 
 /* Joins the names, at least one and up to a NULL, as "a, b or c"; the caller frees the text. */
 char *join_names(const char *const *names) __attribute__((returns_nonnull));

@@ -16,11 +16,17 @@
 
 /* Reports an error at the place where the setting was made; in config where it has its default. Always returns
  * false. */
-static bool refuse_setting(const struct loader *loader, const char *config, const char *section,
-                           const char *name, const char *text)
+static MESSAGE_FORMAT(5, 6) bool refuse_setting(const struct loader *loader, const char *config,
+                                                const char *section, const char *name,
+                                                const char *format, ...)
 {
     const struct origin *origin = setting_origin(loader, section, name);
+    va_list arguments;
+    va_start(arguments, format);
+    char *text = format_arguments(format, arguments);
+    va_end(arguments);
     user_error(origin->file ? origin->file : config, origin->line, "%s", text);
+    free(text);
     return false;
 }
 
@@ -39,19 +45,17 @@ static bool size_good(const struct loader *loader, const char *config)
     const uint32_t *region = s->image.region;
     uint64_t pixels = (uint64_t)s->image.width * s->image.height;
     uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * pixel_bytes(s);
-    char *text = NULL;
+    const char *edge = setting_is_set(loader, "image", "width") ? "width" : "height";
     if (pixels > PICTURE_MAX_PIXELS)
-        text = format_text("the picture has %llu pixels, expected width x height <= 2^28",
-                           (unsigned long long)pixels);
-    else if (!memory_holds(bytes))
-        text = format_text("the picture takes %.1f MB of memory, expected at most the %.1f MB that "
-                           "this process may have",
-                           1e-6 * (double)bytes, 1e-6 * (double)memory_limit());
-    if (!text) return true;
-    refuse_setting(loader, config, "image",
-                   setting_is_set(loader, "image", "width") ? "width" : "height", text);
-    free(text);
-    return false;
+        return refuse_setting(loader, config, "image", edge,
+                              "the picture has %llu pixels, expected width x height <= 2^28",
+                              (unsigned long long)pixels);
+    if (!memory_holds(bytes))
+        return refuse_setting(loader, config, "image", edge,
+                              "the picture takes %.1f MB of memory, expected at most the %.1f MB "
+                              "that this process may have",
+                              1e-6 * (double)bytes, 1e-6 * (double)memory_limit());
+    return true;
 }
 
 static bool region_good(const struct loader *loader, const char *config)
@@ -60,15 +64,12 @@ static bool region_good(const struct loader *loader, const char *config)
     const uint32_t *region = s->image.region;
     if (!region[2]) return true;
     if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
-        region[1] >= s->image.height || region[3] > s->image.height - region[1]) {
-        char *text = format_text("region = %u %u %u %u reaches out of the picture, expected a part "
-                                 "of %u x %u pixels",
-                                 region[0], region[1], region[2], region[3], s->image.width,
-                                 s->image.height);
-        refuse_setting(loader, config, "image", "region", text);
-        free(text);
-        return false;
-    }
+        region[1] >= s->image.height || region[3] > s->image.height - region[1])
+        return refuse_setting(loader, config, "image", "region",
+                              "region = %u %u %u %u reaches out of the picture, expected a part "
+                              "of %u x %u pixels",
+                              region[0], region[1], region[2], region[3], s->image.width,
+                              s->image.height);
     return true;
 }
 
@@ -81,12 +82,9 @@ static bool rows_good(const struct loader *loader, const char *config)
     uint32_t height = region[2] ? region[3] : s->image.height;
     uint32_t rows = s->farm.tile < height ? s->farm.tile : height;
     if (!schedule_is_static(s->farm.schedule) || rows * width <= TILE_MAX_PIXELS) return true;
-    char *text =
-        format_text("tile = %u rows of %u pixels are too many at a time, expected at most %u",
-                    s->farm.tile, width, TILE_MAX_PIXELS / width);
-    refuse_setting(loader, config, "farm", "tile", text);
-    free(text);
-    return false;
+    return refuse_setting(loader, config, "farm", "tile",
+                          "tile = %u rows of %u pixels are too many at a time, expected at most %u",
+                          s->farm.tile, width, TILE_MAX_PIXELS / width);
 }
 
 /*
@@ -153,12 +151,11 @@ static bool kernel_good(const struct loader *loader, const char *config)
     enum processor_level level = loader->settings->farm.kernel;
     if (processor_has(level)) return true;
     char *choices = processor_choices(processor_has);
-    char *text = format_text("kernel = %s is not for this processor, expected %s",
-                             processor_level_names[level], choices);
-    bool good = refuse_setting(loader, config, "farm", "kernel", text);
+    refuse_setting(loader, config, "farm", "kernel",
+                   "kernel = %s is not for this processor, expected %s",
+                   processor_level_names[level], choices);
     free(choices);
-    free(text);
-    return good;
+    return false;
 }
 
 /*
@@ -291,16 +288,15 @@ static bool is_argument(const struct loader *loader, const struct checked_file *
     return origin->file && origin->line == 0;
 }
 
-/* Reports two settings that name the same file. The error is reported at `file`, unless only `other` is an argument. */
-static void refuse_same(const struct loader *loader, const char *config,
+/* Reports two settings that name the same file, at `file` unless only `other` is an argument. Returns false. */
+static bool refuse_same(const struct loader *loader, const char *config,
                         const struct checked_file *file, const struct checked_file *other)
 {
     bool swap = is_argument(loader, other) && !is_argument(loader, file);
     const struct checked_file *newer = swap ? other : file, *older = swap ? file : other;
-    char *text = format_text("%s is also the name of the %s, expected a file of its own",
-                             newer->key, older->key);
-    refuse_setting(loader, config, newer->section, newer->key, text);
-    free(text);
+    return refuse_setting(loader, config, newer->section, newer->key,
+                          "%s is also the name of the %s, expected a file of its own", newer->key,
+                          older->key);
 }
 
 /* false after reporting that an output is, perhaps by a link, a file that the scene is read from. */
@@ -311,14 +307,11 @@ static bool spares_sources(const struct loader *loader, const char *config,
     if (stat(file->path, &status) != 0) return true;
     for (size_t i = 0; i < loader->source_count; i++) {
         const struct source *source = &loader->sources[i];
-        if (source->device != status.st_dev || source->inode != status.st_ino) continue;
-        char *text =
-            format_text("%s = %s leads to %s, which the scene is read from, expected a file "
-                        "of its own",
-                        file->key, file->path, source->path);
-        refuse_setting(loader, config, file->section, file->key, text);
-        free(text);
-        return false;
+        if (source->device == status.st_dev && source->inode == status.st_ino)
+            return refuse_setting(loader, config, file->section, file->key,
+                                  "%s = %s leads to %s, which the scene is read from, expected a "
+                                  "file of its own",
+                                  file->key, file->path, source->path);
     }
     return true;
 }
@@ -331,18 +324,14 @@ static bool name_good(const struct loader *loader, const char *config,
     if (!*file->path) return true;
     if (!kind_good(file)) {
         const struct origin *origin = setting_origin(loader, file->section, file->key);
-        char *text = format_text("%s has an unknown extension, expected %s%s", file->key,
-                                 file->extension ? file->extension : ".png, .hdr or .pfm",
-                                 origin->line ? comment_hint(path_name(file->path)) : "");
-        refuse_setting(loader, config, file->section, file->key, text);
-        free(text);
-        return false;
+        return refuse_setting(loader, config, file->section, file->key,
+                              "%s has an unknown extension, expected %s%s", file->key,
+                              file->extension ? file->extension : ".png, .hdr or .pfm",
+                              origin->line ? comment_hint(path_name(file->path)) : "");
     }
-    for (size_t k = 0; k < i; k++) {
-        if (!same_file(files[k].path, file->path)) continue;
-        refuse_same(loader, config, file, &files[k]);
-        return false;
-    }
+    for (size_t k = 0; k < i; k++)
+        if (same_file(files[k].path, file->path))
+            return refuse_same(loader, config, file, &files[k]);
     return spares_sources(loader, config, file);
 }
 
