@@ -319,9 +319,8 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
 
 double queue_work(const struct queue *queue, const struct tile *tile)
 {
-    struct item item = {.x = tile->x, .y = tile->y, .w = tile->w, .h = tile->h};
-    if (!queue->settled) return (double)area(&item);
-    return cost_predict(&queue->map, item.x, item.y, item.w, item.h).work;
+    if (!queue->settled) return (double)tile->w * tile->h;
+    return cost_predict(&queue->map, tile->x, tile->y, tile->w, tile->h).work;
 }
 
 double queue_ends(const struct queue *queue, double now)
@@ -335,8 +334,7 @@ double queue_ends(const struct queue *queue, double now)
 
 bool queue_is_untouched(const struct queue *queue, uint32_t id)
 {
-    const struct item *item = &queue->items[id];
-    return agenda_has(&queue->waiting, id) && item->pieces == 0 && !item->is_piece;
+    return agenda_has(&queue->waiting, id) && !queue->items[id].is_piece;
 }
 
 void queue_look(struct queue *queue, double now)
@@ -390,10 +388,8 @@ struct queue_count queue_count(const struct queue *queue)
                                   .skipped = (double)queue->pixels_skipped / pixels};
     if (queue->is_static) share = share_outlook(&queue->shares);
     if (queue->is_dynamic) share = outlook_share(&queue->outlook);
-    count.share_finished = queue_complete(queue) ? 1 : share.finished;
-    count.share_skipped = share.skipped;
-    count.share_finished = fmin(count.share_finished, 1);
-    count.share_skipped = fmin(count.share_skipped, 1);
+    count.share_finished = queue_complete(queue) ? 1 : fmin(share.finished, 1);
+    count.share_skipped = fmin(share.skipped, 1);
     return count;
 }
 

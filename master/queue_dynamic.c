@@ -27,11 +27,11 @@ static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile 
 {
     uint32_t sharers = PROBE_SHARES * queue_processors(queue), count = 0;
     if (sharers > queue->config.renderers) sharers = queue->config.renderers;
-    uint32_t share = divide_up(queue->probes, sharers), *given = &queue->probes_given[renderer];
+    uint32_t share = divide_up(queue->map.probes, sharers), *given = &queue->probes_given[renderer];
     uint32_t most =
         queue->holdings.holders[renderer].lots_given >= BLIND_LOTS ? *given + share : share;
-    while (*given < most && count < LOT_TILES && queue->next_probe < queue->probes) {
-        uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
+    while (*given < most && count < LOT_TILES && queue->next_probe < queue->map.probes) {
+        uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->map.probes;
         uint32_t id = queue->first_probe + (uint32_t)i;
         tiles[count++] = queue_tile_of(queue, id);
         queue_give(queue, renderer, id, 0);
@@ -64,7 +64,7 @@ static bool settles(const struct queue *queue, uint32_t renderer)
 {
     double others = 1 - (double)PROBES_OF / queue_processors(queue);
     double enough = fmax(PROBES_LEAST, fmin(others, PROBES_MOST));
-    return queue->map.blocks_known > 0 && queue->probes_back >= enough * queue->probes &&
+    return queue->map.blocks_known > 0 && queue->probes_back >= enough * queue->map.probes &&
            queue->holdings.holders[renderer].lots_given >= BLIND_LOTS;
 }
 
@@ -104,7 +104,7 @@ void dynamic_probed(struct queue *queue, double now)
 {
     queue->probes_back++;
     bool first_behind_end = queue->probes_ended && !queue->settled;
-    if (first_behind_end || queue->probes_back == queue->probes) predictions_settle(queue, now);
+    if (first_behind_end || queue->probes_back == queue->map.probes) predictions_settle(queue, now);
 }
 
 /* A part of the rest of the run. A tile that has been in work for some time is expected to take as long again.

@@ -79,7 +79,7 @@ struct queue {
 
     struct item *items;
     uint32_t item_count, item_room;
-    uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
+    uint32_t first_probe, next_probe, probe_stride, probes_back;
     bool needs_no_probes;  /* all was finished or withdrawn, and no work was added since */
     bool probes_ended;     /* queue_end_probes() was called */
     bool settled;          /* the map predicts: all probes are back, or enough of them */

@@ -110,14 +110,13 @@ static uint32_t common_divisor(uint32_t a, uint32_t b)
 static void add_probes(struct queue *queue)
 {
     queue->first_probe = queue->item_count;
-    queue->probes = queue->map.probes;
-    for (uint32_t i = 0; i < queue->probes; i++)
+    for (uint32_t i = 0; i < queue->map.probes; i++)
         queue_new_item(queue, &(struct item){.pass = TILE_PROBE});
-    uint32_t stride = (uint32_t)(0.6180339887 * queue->probes);
-    while (stride == 0 || common_divisor(stride, queue->probes) != 1)
+    uint32_t stride = (uint32_t)(0.6180339887 * queue->map.probes);
+    while (stride == 0 || common_divisor(stride, queue->map.probes) != 1)
         stride++;
     queue->probe_stride = stride;
-    if (queue->probes > 0) note_size(queue, queue->map.probe_blocks);
+    if (queue->map.probes > 0) note_size(queue, queue->map.probe_blocks);
 }
 
 /* The most probes of a probe tile for so many probes in all. */
@@ -145,7 +144,7 @@ static bool start_items(struct queue *queue)
     add_base_tiles(queue, columns, rows);
     add_probes(queue);
     queue->probes_given = allocate_zeroed(config->renderers, sizeof *queue->probes_given);
-    queue->settled = queue->probes == 0;
+    queue->settled = queue->map.probes == 0;
     pace_init(&queue->pace, config->renderers);
     queue_crowd(queue);
     queue->pace.blind = !queue->settled;

@@ -95,7 +95,7 @@ void queue_end_probes(struct queue *queue, double now)
     if (!queue->is_dynamic || queue->settled || queue->probes_ended) return;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++)
         recall_unbegun(queue, renderer, is_probe);
-    queue->next_probe = queue->probes;
+    queue->next_probe = queue->map.probes;
     queue->probes_ended = true;
     queue->news++;
     if (queue->map.blocks_known > 0) predictions_settle(queue, now);

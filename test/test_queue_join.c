@@ -71,13 +71,13 @@ static void test_joined_before_all_probes(void **state)
             else
                 queue_finish(queue, who, lot[i].id, 1e-3, 1e-5);
     }
-    assert_true(owned > 0 && queue->probes_back < queue->probes);
+    assert_true(owned > 0 && queue->probes_back < queue->map.probes);
     for (uint32_t id = 0; id < queue->item_count; id++)
         joined += agenda_has(&queue->waiting, id) && area(&queue->items[id]) > 64;
     assert_true(joined > 100);
     check_sums(queue);
     answer_probes(queue, 0, own, owned);
-    assert_int_equal(queue->probes_back, queue->probes);
+    assert_int_equal(queue->probes_back, queue->map.probes);
     check_sums(queue);
     queue_destroy(queue);
 }

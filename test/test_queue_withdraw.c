@@ -142,7 +142,7 @@ static void test_withdraw_from_stopped(void **state)
 static uint32_t probes_out(const struct queue *queue)
 {
     uint32_t out = 0;
-    for (uint32_t i = 0; i < queue->probes; i++)
+    for (uint32_t i = 0; i < queue->map.probes; i++)
         out += queue->items[queue->first_probe + i].copies;
     return out;
 }
@@ -171,8 +171,8 @@ static void test_probes_end(void **state)
         for (uint32_t turn = 0; !queue_complete(queue); turn++) {
             take_turn(queue, 3, &seed, now += 1e-3, seen);
             assert_true(turn < 100000 && probes_out(queue) <= out);
-            for (uint32_t i = given; !knew && i < queue->probes; i++) {
-                uint64_t id = (uint64_t)i * queue->probe_stride % queue->probes;
+            for (uint32_t i = given; !knew && i < queue->map.probes; i++) {
+                uint64_t id = (uint64_t)i * queue->probe_stride % queue->map.probes;
                 assert_int_equal(queue->items[queue->first_probe + id].copies, 0);
             }
         }
