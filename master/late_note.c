@@ -1,30 +1,14 @@
 #include "master/late_note.h"
 
 #include <errno.h>
-#include <math.h>
-#include <time.h>
 
+#include "common/clock.h"
 #include "common/message.h"
-
-/* The time this many seconds from now, by the clock of the condition variable. */
-static struct timespec time_after(double seconds)
-{
-    struct timespec then;
-    clock_gettime(CLOCK_MONOTONIC, &then);
-    double whole = floor(seconds);
-    then.tv_sec += (time_t)whole;
-    then.tv_nsec += (long)(1e9 * (seconds - whole));
-    if (then.tv_nsec >= 1000000000) {
-        then.tv_nsec -= 1000000000;
-        then.tv_sec++;
-    }
-    return then;
-}
 
 static void *wait_and_tell(void *argument)
 {
     struct late_note *note = argument;
-    struct timespec then = time_after(note->seconds);
+    struct timespec then = clock_span(clock_wall() + note->seconds);
     int error = 0;
     pthread_mutex_lock(&note->lock);
     while (!note->is_over && error != ETIMEDOUT)
