@@ -39,18 +39,13 @@ static bool in_range(const struct key *key, double value)
     return above && below;
 }
 
-static bool parse_numbers(const char *text, double *numbers, int count)
-{
-    char word[WORD_SIZE];
-    for (int i = 0; i < count; i++)
-        if (!next_word(&text, word) || !number_parse(word, &numbers[i])) return false;
-    return at_end(text);
-}
-
 static bool parse_vector(const struct key *key, const char *text, struct vec3 *out)
 {
+    char word[WORD_SIZE];
     double n[3];
-    if (!parse_numbers(text, n, 3)) return false;
+    for (int i = 0; i < 3; i++)
+        if (!next_word(&text, word) || !number_parse(word, &n[i])) return false;
+    if (!at_end(text)) return false;
     if (key->type != VALUE_VECTOR && !(n[0] >= 0 && n[1] >= 0 && n[2] >= 0)) return false;
     out[0] = vec3(n[0], n[1], n[2]);
     if (key->type == VALUE_COLORS) out[1] = out[0];

@@ -113,8 +113,7 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
             sum.left += factor * allocation->squares[bin][k];
             sum.effort += efforts[k < most ? k : most] * allocation->efforts[bin][k];
-            if (k >= most) continue;
-            factor *= ERROR_OF_DOUBLE;
+            if (k < most) factor *= ERROR_OF_DOUBLE;
         }
     }
     return sum;

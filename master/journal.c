@@ -479,9 +479,9 @@ static bool has_room_for(int file, uint64_t bytes)
            (errno != ENOSPC && errno != EDQUOT);
 }
 
-static bool remove_own(const char *path, int file)
+static void remove_own(const char *path, int file)
 {
-    return journal_is_at(path, file) && unlink(path) == 0;
+    if (journal_is_at(path, file)) (void)unlink(path);
 }
 
 /* Lets go of the file that has been copied. It stays if it is the original; else it is a copy of this run's. */

@@ -7,12 +7,6 @@
 #include "common/scene.h"
 #include "master/json.h"
 
-/* part / whole; 0 where whole is 0. */
-static double ratio(double part, double whole)
-{
-    return whole > 0 ? part / whole : 0;
-}
-
 struct balance report_balance(const struct report *report)
 {
     double sum = 0, most = 0, cpu = 0, most_cpu = 0, first = HUGE_VAL, last = 0;
@@ -26,8 +20,9 @@ struct balance report_balance(const struct report *report)
         last = fmax(last, stats->finish_s);
     }
     int count = report->renderer_count;
+    double whole = count * report->time.render;
     return (struct balance){
-        .efficiency = ratio(sum, count * report->time.render),
+        .efficiency = whole > 0 ? sum / whole : 0,
         .imbalance = sum > 0 ? most / (sum / count) : 1,
         .tail_s = first < last ? last - first : 0,
         .cpu_share = sum > 0 ? fmin(cpu / sum, 1) : 1,

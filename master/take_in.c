@@ -148,15 +148,16 @@ static void take_letter(struct server *server, const struct letter *letter)
     server->service->messages++;
     server->messages_taken++;
     note_sign(server, renderer);
-    if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
+    if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) {
         take_parts(server, renderer, letter->bytes, letter->size);
-    else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS)
+        hand_out(server, renderer);
+    } else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS) {
         take_stats(server, renderer, letter->bytes, letter->size);
-    else if (letter->tag == TAG_RENDERER_TO_MASTER_READY)
+    } else if (letter->tag == TAG_RENDERER_TO_MASTER_READY) {
         take_ready(server, renderer, letter->bytes, letter->size);
-    else if (letter->tag != TAG_RENDERER_TO_MASTER_PONG || letter->size != 0)
+    } else if (letter->tag != TAG_RENDERER_TO_MASTER_PONG || letter->size != 0) {
         fatal("rank %d sent a message of unknown kind %d", letter->rank, letter->tag);
-    if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) hand_out(server, renderer);
+    }
 }
 
 /* Accounts for the time that `count` answers have waited: at most since messages were last looked for. */
