@@ -42,9 +42,7 @@ static bool read_header(FILE *file, struct header *header)
         return false;
     double scale = strtod(scale_word, &end);
     if (*end || !(scale != 0) || !isfinite(scale)) return false;
-    const uint16_t one = 1;
-    bool little = *(const char *)&one == 1;
-    header->swapped = (scale < 0) != little;
+    header->swapped = (scale < 0) != (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
     return true;
 }
 
