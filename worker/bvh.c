@@ -97,11 +97,6 @@ struct collection {
     struct part *parts;
 };
 
-static bool is_member(const struct collection *all, uint64_t index)
-{
-    return !all->trees->tree_of || all->trees->tree_of[index] == all->tree;
-}
-
 /* Calls a function for each primitive of a part that is in the tree. */
 typedef void visit_member(const struct collection *all, struct part *part, uint64_t index,
                           uint32_t id);
@@ -117,7 +112,8 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     uint32_t id = bounded_id(scene, first);
     for (uint64_t index = first; index < end; index++) {
         if (index > first) id = bounded_id_after(scene, id);
-        if (is_member(all, index)) visit(all, &all->parts[round], index, id);
+        if (tree_of_bounded(all->trees, index) == all->tree)
+            visit(all, &all->parts[round], index, id);
     }
 }
 

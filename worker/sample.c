@@ -100,17 +100,15 @@ static inline struct vec3 direction_through(const struct view *view, double x, d
     return vec_add_scaled(direction, camera->down, v);
 }
 
-static struct ray eye_ray(const struct view *view, struct vec3 unit)
-{
-    return (struct ray){
-        .origin = view->camera.eye, .direction = unit, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
-}
-
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample)
 {
     double offset[2];
     sample_position(view, x, y, sample, offset);
-    return eye_ray(view, vec_normalize(direction_through(view, x + offset[0], y + offset[1])));
+    struct vec3 direction = direction_through(view, x + offset[0], y + offset[1]);
+    return (struct ray){.origin = view->camera.eye,
+                        .direction = vec_normalize(direction),
+                        .t_max = HUGE_VAL,
+                        .from = PRIMITIVE_NONE};
 }
 
 void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample)
