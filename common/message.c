@@ -91,9 +91,10 @@ static void begin_line(void)
     if (clear_line) clear_line(line_state);
 }
 
-static void say(const char *file, long line, const char *kind, char *text)
+static void say(const char *file, long line, const char *kind, const char *format,
+                va_list arguments)
 {
-    char *whole;
+    char *whole, *text = format_arguments(format, arguments);
     if (!file)
         whole = format_text("farm: %s%s", kind, text);
     else if (line > 0)
@@ -117,27 +118,24 @@ void user_error(const char *file, long line, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    char *text = format_arguments(format, arguments);
+    say(file, line, "", format, arguments);
     va_end(arguments);
-    say(file, line, "", text);
 }
 
 void user_warning(const char *file, long line, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    char *text = format_arguments(format, arguments);
+    say(file, line, "warning: ", format, arguments);
     va_end(arguments);
-    say(file, line, "warning: ", text);
 }
 
 void user_note(const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    char *text = format_arguments(format, arguments);
+    say(NULL, 0, "", format, arguments);
     va_end(arguments);
-    say(NULL, 0, "", text);
 }
 
 void fatal(const char *format, ...)
