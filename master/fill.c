@@ -69,7 +69,7 @@ static void guess(const struct canvas *canvas, const uint8_t *known, const struc
     int count = neighbours_of(canvas, lattice, x, y, around);
     int there = count_known(canvas, known, around, count);
     if (blocks_tell_more(preview->edge, lattice_row_step(lattice), count, there))
-        (void)preview_between(preview, x, y, color);
+        preview_between(preview, x, y, color);
     else
         mean_of(canvas, around, count, color);
 }
@@ -90,7 +90,7 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
     for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
         for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
             if (!known[(size_t)y * canvas->width + x])
-                (void)preview_between(preview, x, y, canvas_at(canvas, x, y));
+                preview_between(preview, x, y, canvas_at(canvas, x, y));
     for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0;)
         fill_lattice(canvas, known, preview, lattice);
 }

@@ -83,9 +83,9 @@ static struct between between_of(uint32_t pixel, uint32_t edge, uint32_t blocks)
     return (struct between){block, block + 1, (float)((pixel - middle) % edge) / (float)edge};
 }
 
-bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3])
+void preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3])
 {
-    if (preview->edge == 0) return false;
+    if (preview->edge == 0) return;
     struct between across = between_of(x, preview->edge, preview->columns);
     struct between down = between_of(y, preview->edge, preview->rows);
     const float *above = preview->rgb + 3 * (size_t)down.first * preview->columns;
@@ -96,5 +96,4 @@ bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, floa
         float low = below[left + c] + across.weight * (below[right + c] - below[left + c]);
         color[c] = high + down.weight * (low - high);
     }
-    return true;
 }

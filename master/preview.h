@@ -3,8 +3,6 @@
 #ifndef FARM_MASTER_PREVIEW_H
 #define FARM_MASTER_PREVIEW_H
 
-#include <stdbool.h>
-
 #include "common/tile.h"
 
 /* A preview that is all zero is empty. */
@@ -24,8 +22,8 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
 void preview_complete(struct preview *preview);
 
 /* Stores the colour at this pixel of a complete preview. Each block has the colour of the probe in its middle;
- * between these middles it is interpolated bilinearly, and beyond the outermost ones it is constant. false: the
- * preview is empty. */
-bool preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3]);
+ * between these middles it is interpolated bilinearly, and beyond the outermost ones it is constant. If the
+ * preview is empty, color stays as it is. */
+void preview_between(const struct preview *preview, uint32_t x, uint32_t y, float color[3]);
 
 #endif
