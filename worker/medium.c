@@ -16,10 +16,9 @@ struct medium {
 
 struct media {
     const struct scene *scene;
-    struct medium *stacks; /* [0] is the world outside */
-    uint32_t count, capacity;
-    uint32_t *heads; /* heads of the hash chains, [head_mask + 1]; 0: empty */
-    uint32_t head_mask;
+    struct medium *stacks;    /* [0] is the world outside */
+    uint32_t count, capacity; /* capacity: a power of two */
+    uint32_t *heads;          /* heads of the hash chains, [capacity]; 0: empty */
 };
 
 #define FIRST_CAPACITY 64u
@@ -31,7 +30,6 @@ struct media *media_create(const struct scene *scene)
     media->capacity = FIRST_CAPACITY;
     media->stacks = allocate(media->capacity, sizeof *media->stacks);
     media->heads = allocate(media->capacity, sizeof *media->heads);
-    media->head_mask = media->capacity - 1;
     media_clear(media);
     return media;
 }
@@ -46,7 +44,7 @@ void media_destroy(struct media *media)
 
 void media_clear(struct media *media)
 {
-    memset(media->heads, 0, ((size_t)media->head_mask + 1) * sizeof *media->heads);
+    memset(media->heads, 0, (size_t)media->capacity * sizeof *media->heads);
     media->stacks[MEDIUM_OUTSIDE] = (struct medium){.object = PRIMITIVE_NONE, .ior = 1};
     media->count = 1;
 }
@@ -65,7 +63,7 @@ static uint32_t *chain(struct media *media, uint32_t below, const struct medium 
     /* Multipliers: 2^64 / the golden ratio, and the first one of SplitMix64's finaliser. */
     bits = (bits ^ top->object) * UINT64_C(0x9e3779b97f4a7c15);
     bits = (bits ^ bits >> 29 ^ below) * UINT64_C(0xbf58476d1ce4e5b9);
-    return &media->heads[(uint32_t)(bits >> 32) & media->head_mask];
+    return &media->heads[(uint32_t)(bits >> 32) & (media->capacity - 1)];
 }
 
 static void link_stack(struct media *media, uint32_t index)
@@ -82,7 +80,6 @@ static void enlarge(struct media *media)
     media->capacity *= 2;
     media->stacks = reallocate(media->stacks, media->capacity, sizeof *media->stacks);
     media->heads = reallocate(media->heads, media->capacity, sizeof *media->heads);
-    media->head_mask = media->capacity - 1;
     memset(media->heads, 0, (size_t)media->capacity * sizeof *media->heads);
     for (uint32_t i = 1; i < media->count; i++)
         link_stack(media, i);
