@@ -216,7 +216,7 @@ static char *name_of_earlier(const struct loaded_section *section,
     return format_text("that of %s:%ld", earlier->file, earlier->line);
 }
 
-/* One warning for all transparent doubles, which builder_coincident() counts: each splits the rays that reach it once
+/* One warning for all transparent doubles, which builder_coincidences() counts: each splits the rays that reach it once
  * more, and nothing but the time shows it. */
 static void warn_of_coincidences(const struct loader *loader)
 {

@@ -275,11 +275,6 @@ static bool add_tree(struct fine *fine, const double center[3], struct bvh_trees
     return true;
 }
 
-static bool is_empty(const struct bvh_trees *trees, uint32_t all, uint8_t tree)
-{
-    return !memchr(trees->tree_of, tree, all);
-}
-
 static void remove_first_tree(struct bvh_trees *trees, uint32_t all)
 {
     for (uint32_t i = 0; i < all; i++)
@@ -303,7 +298,7 @@ static void divide(const struct scene *scene, struct bvh_trees *trees)
         if (!add_tree(&fine, center, trees)) break;
     }
     free(fine.at);
-    if (trees->count > 1 && is_empty(trees, all, 0)) remove_first_tree(trees, all);
+    if (trees->count > 1 && !memchr(trees->tree_of, 0, all)) remove_first_tree(trees, all);
 }
 
 void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees)
