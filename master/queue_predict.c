@@ -97,8 +97,8 @@ struct surroundings {
     uint32_t x, y, right, bottom;
 };
 
-/* The number of pixels of the tile whose prediction is raised. Tiles of automatic size lie in the area or touch it: all of
- * them. Larger ones reach far beyond it: those within. */
+/* The number of pixels of the tile whose prediction is raised: all of a tile of automatic size, which lies in the area
+ * or touches it; of a larger one, which reaches far beyond it, those within. */
 static uint64_t pixels_near(const struct queue *queue, const struct item *item,
                             const struct surroundings *near)
 {

@@ -14,6 +14,8 @@ check "of master/, only main knows worker/" none '#include "worker/' \
     $(ls master/*.[ch] | grep -v '^master/main\.c$')
 check "the queue knows no MPI, no clock, no scene and no thread" none \
     'include.*(mpi|clock|nap|scene|settings|pthread|time)\.h' master/queue*.[ch]
+check "no line of a source is longer than 120 characters" none '.{121}' \
+    $(ls common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 every_bench() {
     listed=$(sed -n '/^BENCHES :=/,/[^\\]$/p' Makefile | tr -s '\\\n ' ' ')
     for target in $(sed -n 's/^\(bench-[a-z-]*\):.*/\1/p' Makefile); do
