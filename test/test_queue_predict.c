@@ -84,7 +84,7 @@ static uint32_t apart(uint32_t a, uint32_t b)
 
 /* When a tile turns out far more expensive than predicted, by its answer or by a report that it takes long, the waiting
  * tiles around it are predicted to be as expensive and go first, also where they are parts of tiles that were split. */
-static void test_neighbours_are_warned(void **state)
+static void test_neighbours_are_raised(void **state)
 {
     (void)state;
     const struct queue_config config = {
@@ -121,7 +121,7 @@ static void test_neighbours_are_warned(void **state)
 
 /* Where tiles are large, only what is near the expensive one is taken to be as expensive, whatever tiles it is part of:
  * otherwise a few expensive pixels would make all predictions far too high. */
-static void test_large_tiles_are_warned_in_part(void **state)
+static void test_large_tiles_are_raised_in_part(void **state)
 {
     (void)state;
     for (uint32_t edge = 32; edge <= 128; edge *= 2) {
@@ -146,8 +146,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_probes_are_checked),
         cmocka_unit_test(test_predictions_stay_numbers),
-        cmocka_unit_test(test_neighbours_are_warned),
-        cmocka_unit_test(test_large_tiles_are_warned_in_part),
+        cmocka_unit_test(test_neighbours_are_raised),
+        cmocka_unit_test(test_large_tiles_are_raised_in_part),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
