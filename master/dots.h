@@ -38,7 +38,7 @@ void dots_clear(const struct dots *dots);
 void dots_fill(const struct dots *dots, const uint32_t at[2], uint32_t w, uint32_t h,
                const float rgb[3]);
 
-/* Draws text of digits, '.', and the letters of ns, us, ms, s; at is its upper left corner. */
+/* Draws a number as printf() writes it, and the letters of ns, us, ms, s; at is its upper left corner. */
 void dots_text(const struct dots *dots, const uint32_t at[2], const char *text);
 
 /* The width of such a text, with the gap behind it. */

@@ -196,7 +196,8 @@ static void group_corners(struct smoothing *s, const uint64_t *corners, size_t c
     }
 }
 
-/* A sum of normals that is so small a share of its weights is what rounding has left of normals that cancel out. */
+/* A sum of normals that is so small a share of all weights at the vertex is what rounding has left of normals that
+ * cancel out. */
 #define CANCELLED 1e-12
 
 static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t count)

@@ -104,8 +104,9 @@ static void test_digits_and_units(void **state)
     static const struct {
         double lowest;
         const char *text;
-    } cases[] = {{3.14e-10, "0.31ns"}, {9.949e-9, "9.9ns"}, {9.951e-9, "10ns"}, {9.994e-7, "999ns"},
-                 {9.996e-7, "1us"},    {0.00047, "470us"},  {0.25, "250ms"},    {86400, "86400s"}};
+    } cases[] = {{3e-15, "3e-06ns"}, {3.14e-10, "0.31ns"}, {9.949e-9, "9.9ns"},
+                 {9.951e-9, "10ns"}, {9.994e-7, "999ns"},  {9.996e-7, "1us"},
+                 {0.00047, "470us"}, {0.25, "250ms"},      {86400, "86400s"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct canvas canvas =
             drawn(WIDTH, (struct heat_range){cases[i].lowest, 1e3 * cases[i].lowest});
