@@ -156,9 +156,13 @@ static void test_deep_nesting(void **state)
         again = media_cross(media, again, sphere(i), true).stack;
     assert_int_equal(again, stack);
     assert_int_equal(media_count(media), count); /* equal stacks, equal numbers */
-    /* From the middle of the stack: 998 are put back. */
+    /* From the middle of the stack: 998 are put back, in their order. */
     struct crossing_media at = media_cross(media, stack, sphere(1), false);
     assert_crossing(at, 1, 1, false);
+    again = media_cross(media, MEDIUM_OUTSIDE, sphere(0), true).stack;
+    for (uint32_t i = 2; i < 1000; i++)
+        again = media_cross(media, again, sphere(i), true).stack;
+    assert_int_equal(at.stack, again);
     at = media_cross(media, at.stack, sphere(1), false);
     assert_true(at.unmatched);
     for (uint32_t i = 1000; i-- > 0;) {

@@ -19,6 +19,8 @@ struct media {
     struct medium *stacks;    /* [0] is the world outside */
     uint32_t count, capacity; /* capacity: a power of two */
     uint32_t *heads;          /* heads of the hash chains, [capacity]; 0: empty */
+    uint32_t *above;          /* scratch of take_out(), [room] */
+    uint32_t room;            /* as many as the deepest stack so far has needed, or more */
 };
 
 #define FIRST_CAPACITY 64u
@@ -39,6 +41,7 @@ void media_destroy(struct media *media)
     if (!media) return;
     free(media->stacks);
     free(media->heads);
+    free(media->above);
     free(media);
 }
 
@@ -110,18 +113,24 @@ static uint32_t find(const struct media *media, uint32_t stack, const struct med
     return stack;
 }
 
+static void make_room(struct media *media, uint32_t count)
+{
+    if (count < media->room) return;
+    media->room = count ? 2 * count : 16;
+    media->above = reallocate(media->above, media->room, sizeof *media->above);
+}
+
 /* The stack without the medium of entry `place`, which is part of it. */
 static uint32_t take_out(struct media *media, uint32_t stack, uint32_t place)
 {
-    uint32_t rest = media->stacks[place].below;
-    /* Pushes the media above it again, from the lowest one up; stacks are short. */
-    for (uint32_t done = place; done != stack;) {
-        uint32_t above = stack;
-        while (media->stacks[above].below != done)
-            above = media->stacks[above].below;
-        rest = push(media, rest, media->stacks[above]);
-        done = above;
+    uint32_t rest = media->stacks[place].below, count = 0;
+    for (uint32_t above = stack; above != place; above = media->stacks[above].below) {
+        make_room(media, count);
+        media->above[count++] = above;
     }
+    /* Pushes the media above it again, from the lowest one up. */
+    while (count > 0)
+        rest = push(media, rest, media->stacks[media->above[--count]]);
     return rest;
 }
 
