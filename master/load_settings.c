@@ -212,16 +212,26 @@ static bool begins_section(const struct ini *ini, const struct override *overrid
            *override->name;
 }
 
+static void report_missing_section(const struct ini *ini, const struct override *override)
+{
+    struct nearest_name search = {.name = override->name};
+    for (size_t i = 0; i < ini->count; i++)
+        if (strcmp(ini->sections[i].kind, override->kind) == 0)
+            nearest_name_try(&search, ini->sections[i].name);
+    char *hint = nearest_name_hint(&search);
+    user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
+               *override->name ? " " : "", override->name, hint);
+    free(hint);
+}
+
 /* The single section that an override names; NULL after reporting that there is none, or more than one. */
 static struct ini_section *overridden_section(struct ini *ini, const struct override *override)
 {
-    struct nearest_name search = {.name = override->name};
     struct ini_section *found = NULL;
     size_t matches = 0;
     for (size_t i = 0; i < ini->count; i++) {
         struct ini_section *section = &ini->sections[i];
         if (strcmp(section->kind, override->kind) != 0) continue;
-        nearest_name_try(&search, section->name);
         if (strcmp(section->name, override->name) != 0) continue;
         found = section;
         matches++;
@@ -234,10 +244,7 @@ static struct ini_section *overridden_section(struct ini *ini, const struct over
         return NULL;
     }
     if (begins_section(ini, override)) return ini_add_section(ini, "material", override->name, 0);
-    char *hint = nearest_name_hint(&search);
-    user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
-               *override->name ? " " : "", override->name, hint);
-    free(hint);
+    report_missing_section(ini, override);
     return NULL;
 }
 
