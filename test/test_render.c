@@ -11,7 +11,9 @@
 #include "master/builder.h"
 #include "test/view_fixture.h"
 #include "worker/color_sum.h"
+#include "worker/medium.h"
 #include "worker/render.h"
+#include "worker/renderer.h"
 
 #define SIZE 24u
 
@@ -735,6 +737,31 @@ static void test_many_lights_make_short_waves(void **state)
     assert_int_equal(waves_with((1u << 17) - 1), 29); /* of 9 samples */
 }
 
+/* The stacks of media that 4096 rays through 64 balls leave behind, which overlap and are left in another order than
+ * entered. A task of a million samples must not take more memory than one of a few waves. */
+static void test_media_are_forgotten_between_waves(void **state)
+{
+    (void)state;
+    enum { EDGE = 64, BALLS = 64 };
+    uint32_t index;
+    struct builder *builder = builder_create();
+    struct material clear = {.color = {1, 1, 1}, .transmission = 1, .ior = 1};
+    must(builder_add_material(builder, &clear, &index));
+    for (uint32_t i = 0; i < BALLS; i++)
+        add_sphere(builder, i * 7 % BALLS * 0.02, i * 11 % BALLS * 0.02, i * 29 % BALLS * 0.02, 2,
+                   index);
+    struct view view = small_view(EDGE);
+    view.max_depth = 2 * BALLS;
+    struct prepared prepared = prepare_scene(builder, &view);
+    static float rgb[EDGE * EDGE * 3];
+    struct tile tile = {.w = EDGE, .h = EDGE, .step = 1};
+    struct render_counts counts;
+    renderer_tile(prepared.renderer, &tile, rgb, &counts);
+    assert_int_equal(counts.unmatched_media, 0);
+    assert_in_range(media_count(prepared.renderer->media), 1, 1 << 18);
+    prepared_free(&prepared);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -759,6 +786,7 @@ int main(void)
         cmocka_unit_test(test_error_of_three_samples),
         cmocka_unit_test(test_passes_add_up),
         cmocka_unit_test(test_many_lights_make_short_waves),
+        cmocka_unit_test(test_media_are_forgotten_between_waves),
         cmocka_unit_test(test_too_bright_for_floats),
         cmocka_unit_test(test_color_sum),
         cmocka_unit_test(test_light_on_a_surface),

@@ -276,6 +276,10 @@ static INLINED uint32_t wave_of(const struct renderer *renderer)
     return (uint32_t)(left < most ? left : most);
 }
 
+/* The most stacks of media that are kept for later samples; they only save time. A wave may add as many as its rays
+ * need. */
+#define MEDIA_KEPT 65536u
+
 /*
  * Starts the first wave of the next samples. They are neighbours; their secondary rays stay together as well,
  * as long as no others join them.
@@ -285,6 +289,7 @@ static INLINED void start_samples(struct renderer *renderer, bool primary_only)
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
     uint32_t count = wave_of(renderer);
+    if (!primary_only && media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
     renderer->dense = progress->next.end - progress->next.begin > 1;
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
@@ -339,9 +344,6 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
-/* The most stacks of media that are kept for later tasks; they only save time. */
-#define MEDIA_KEPT 65536u
-
 static void begin_task(struct renderer *renderer, const struct task *task)
 {
     const struct view *view = &renderer->scene->view;
@@ -354,7 +356,6 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     if (!task->survey) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->shadow_count = 0;
-    if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
 bool renderer_task(struct renderer *renderer, const struct task *task, struct render_counts *counts)
