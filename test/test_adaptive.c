@@ -186,6 +186,22 @@ static void test_max_samples_end_it(void **state)
     drop(&result);
 }
 
+/* Where pixels that have max_samples keep the target out of reach, the others do not all get them, too. */
+static void test_out_of_reach(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024), all_view = view_of(1022, 1024);
+    struct result result, all;
+    run(&result, ball, &view, 1e-5, 32, false);
+    run(&all, ball, &all_view, 1, 32, false);
+    assert_int_equal(all.passes, 1);
+    assert_true(result.high > 1e-5);
+    assert_true(result.estimated < 1.1 * all.estimated);
+    assert_true(result.samples < 0.3 * all.samples);
+    drop(&result);
+    drop(&all);
+}
+
 /* A pixel that is not finite, or whose contrast is not, spoils neither the estimate nor the plan of the
  * others. */
 static double broken(double x, double y)
@@ -246,6 +262,7 @@ int main(void)
         cmocka_unit_test(test_brightness_does_not_matter),
         cmocka_unit_test(test_wire_is_followed),
         cmocka_unit_test(test_max_samples_end_it),
+        cmocka_unit_test(test_out_of_reach),
         cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_vain_plan_changes_nothing),
     };
