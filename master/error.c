@@ -30,6 +30,12 @@ static double log_spread(const struct error_sum *sum)
     return sqrt(sum->fourths) / sum->squares;
 }
 
+double error_odd(uint32_t samples)
+{
+    double a = samples - samples / 2, b = samples / 2;
+    return b > 0 ? log(a / b) : 0;
+}
+
 /* Standard deviation of the logarithm of the hidden squared error, beside that by chance: the squared error of eight
  * pictures of specks, dust, hairs and needles, much of which was hidden, was estimated as 0.6 to 1.7 times what it was
  * in the end. */
@@ -51,8 +57,8 @@ struct error_estimate error_estimate(const struct error_breakdown *breakdown, ui
     double less = (breakdown->hidden + breakdown->carried) / sum->squares * log(HIDDEN_LEAST);
     double more = breakdown->hidden / sum->squares * log(HIDDEN_MOST);
     double rmse = sqrt(sum->squares / (double)pixels);
-    return (struct error_estimate){rmse, rmse * exp(-hypot(luck, less) / 2),
-                                   rmse * exp(hypot(luck, more) / 2)};
+    return (struct error_estimate){rmse, rmse * exp(-(hypot(luck, less) + breakdown->odd) / 2),
+                                   rmse * exp((hypot(luck, more) + breakdown->odd) / 2)};
 }
 
 bool error_point(const struct error_breakdown *breakdown, uint64_t pixels, double seconds,

@@ -54,8 +54,9 @@ struct look {
 
 static struct look look_at(const struct watch *watch)
 {
-    struct look look = {
-        {.sum = watch->sampling}, watch->pixels_finished, watch->pixels_finished * watch->samples};
+    struct look look = {{.sum = watch->sampling, .odd = error_odd(watch->samples)},
+                        watch->pixels_finished,
+                        watch->pixels_finished * watch->samples};
     if (watch->adaptive)
         look.breakdown = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
     return look;

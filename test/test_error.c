@@ -78,6 +78,22 @@ static void test_hidden_widens_the_interval(void **state)
     }
 }
 
+/* With an odd number of samples both ends are as far away as the estimate may be off, beside luck. */
+static void test_odd_samples_widen_the_interval(void **state)
+{
+    (void)state;
+    assert_true(error_odd(1) == 0 && error_odd(2) == 0 && error_odd(100) == 0);
+    assert_close(error_odd(3), log(2), 1e-12);
+    assert_true(error_odd(5) < error_odd(3) && error_odd(7) < error_odd(5) && error_odd(7) > 0);
+    struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
+    struct error_estimate even = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
+    breakdown.odd = 0.1;
+    struct error_estimate odd = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
+    assert_true(odd.rmse == even.rmse);
+    assert_close(odd.low, even.low * exp(-0.05), 1e-12);
+    assert_close(odd.high, even.high * exp(0.05), 1e-12);
+}
+
 /* The probability that the interval misses the error, if the logarithm of the estimate is normally distributed. */
 static double miss_of(enum error_look kind, unsigned number)
 {
@@ -410,6 +426,7 @@ int main(void)
         cmocka_unit_test(test_nothing_is_no_error),
         cmocka_unit_test(test_interval_widens_with_every_look),
         cmocka_unit_test(test_hidden_widens_the_interval),
+        cmocka_unit_test(test_odd_samples_widen_the_interval),
         cmocka_unit_test(test_all_looks_together),
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),

@@ -47,6 +47,21 @@ static void test_end(void **state)
     ended(&watch);
 }
 
+/* The interval is wider where the numbers of samples in the halves differ. */
+static void test_odd_samples(void **state)
+{
+    (void)state;
+    struct watch watch = begun(PIXELS, NULL);
+    watch_look(&watch, 101);
+    watch.samples = 5;
+    watch_look(&watch, 102);
+    const struct error_row *even = &watch.log.rows[0], *odd = &watch.log.rows[1];
+    assert_true(odd->estimate.rmse == even->estimate.rmse);
+    assert_true(odd->estimate.high > 1.2 * even->estimate.high);
+    assert_true(odd->estimate.low < even->estimate.low / 1.2);
+    ended(&watch);
+}
+
 /* With half of the picture there is no true error, and half of the samples per pixel; the row is written at once. */
 static void test_half(void **state)
 {
@@ -80,6 +95,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_end),
+        cmocka_unit_test(test_odd_samples),
         cmocka_unit_test(test_half),
         cmocka_unit_test(test_single_samples),
     };
