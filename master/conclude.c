@@ -71,7 +71,7 @@ static void fill_sampling(struct run *run, const struct service *service)
     if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
     if (!run->adaptive) return;
     uint64_t pixels, samples;
-    adaptive_errors(run->adaptive, &pixels, &samples);
+    struct error_breakdown errors = adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = canvas_pixels(&run->canvas) - pixels;
     report->passes = adaptive_passes(run->adaptive);
     report->missing_share = adaptive_missing(run->adaptive);
@@ -80,7 +80,8 @@ static void fill_sampling(struct run *run, const struct service *service)
     /* A time limit may leave no time for the plan that finds the target met. */
     report->ended = adaptive_is_met(run->adaptive) ? ENDED_BY_TARGET
                     : service->timed_out           ? ENDED_BY_TIME
-                                                   : ENDED_BY_MAX_SAMPLES;
+                    : errors.sum.squares > 0       ? ENDED_BY_MAX_SAMPLES
+                                                   : ENDED_WITHOUT_ERROR;
 }
 
 /* Which outputs have been written; false: writing failed, which has been reported. */

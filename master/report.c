@@ -319,7 +319,8 @@ static void put_sampling(struct json *json, const struct report *report)
     static const char *const ends[] = {[ENDED_BY_SAMPLES] = "samples",
                                        [ENDED_BY_TARGET] = "target",
                                        [ENDED_BY_MAX_SAMPLES] = "max_samples",
-                                       [ENDED_BY_TIME] = "time"};
+                                       [ENDED_BY_TIME] = "time",
+                                       [ENDED_WITHOUT_ERROR] = "no_error"};
     json_open(json, "sampling", '{');
     json_count(json, "min_samples", report->min_samples);
     json_count(json, "max_samples", report->max_samples);

@@ -36,7 +36,8 @@ enum sampling_end {
     ENDED_BY_SAMPLES, /* uniform sampling: every pixel has its samples */
     ENDED_BY_TARGET,
     ENDED_BY_MAX_SAMPLES,
-    ENDED_BY_TIME
+    ENDED_BY_TIME,
+    ENDED_WITHOUT_ERROR /* no target is set, and the samples show no error that more could lower */
 };
 
 struct report {

@@ -300,6 +300,7 @@ static void put_end(struct table *table, const struct report *report)
         flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
     }
     if (report->ended == ENDED_BY_MAX_SAMPLES) flow(table, "stopped by sampling.max_samples");
+    if (report->ended == ENDED_WITHOUT_ERROR) flow(table, "stopped as samples show no error");
     if (report->target > 0)
         flow(table, "sampling.target_error = %g is %s", report->target,
              report->ended == ENDED_BY_TARGET ? "met" : "not met");

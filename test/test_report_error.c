@@ -57,6 +57,11 @@ static void test_table_no_forecast(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\nstopped by sampling.time_limit\n");
     free(text);
+    report.ended = ENDED_WITHOUT_ERROR;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped as samples show no error\n");
+    free(text);
+    report.ended = ENDED_BY_TIME;
     report.passes = 3;
     report.missing_share = 0.4;
     text = table_text(&report, 80);
