@@ -15,13 +15,25 @@ static struct vec3 divided(struct vec3 v, double by)
     return vec3(v.x / by, v.y / by, v.z / by);
 }
 
-/* The mean of half A minus the mean of half B. */
+/* Samples of one colour are computed in different ways, so that they differ by a few units of rounding. That is no error
+ * of sampling: more samples would not lower it. */
+#define SAME_COLOR (64 * UNIT_ROUNDOFF)
+
+static double beyond_rounding(double a, double b)
+{
+    double difference = a - b;
+    return fabs(difference) <= SAME_COLOR * fmax(fabs(a), fabs(b)) ? 0 : difference;
+}
+
+/* The mean of half A minus the mean of half B; 0 in components that are equal but for rounding. */
 static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
 {
     if (evens == 0 || odds == 0) return vec3(0, 0, 0);
     const struct pixel_sum *sum = &renderer->progress.sum;
     struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
-    return vec_sub(even, divided(finished_sum(renderer, &sum->half[1]), odds));
+    struct vec3 odd = divided(finished_sum(renderer, &sum->half[1]), odds);
+    return vec3(beyond_rounding(even.x, odd.x), beyond_rounding(even.y, odd.y),
+                beyond_rounding(even.z, odd.z));
 }
 
 /*
