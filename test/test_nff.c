@@ -122,6 +122,10 @@ static void test_materials(void **state)
     assert_true(m->ior == 1);
     assert_int_equal(scene->materials.count, 3);
     free(scene);
+    scene = loaded(state, VIEW LIGHT "f 1 1 1 0 1 9 0 1\ns 0 0 0 1\n", NULL); /* a perfect mirror */
+    m = &scene_materials(scene)[scene_spheres(scene)->material];
+    assert_true(m->reflection == 1 && m->specular == 1);
+    free(scene);
 }
 
 static void test_one_warning_of_gain(void **state)
@@ -132,6 +136,12 @@ static void test_one_warning_of_gain(void **state)
                 NULL));
     assert_string_equal(s->said, "scene.nff:9: warning: a component of the color is more than 1, "
                                  "expected 0 to 1: full white is 1 1 1\n");
+    /* What gives off more light than it gets is told of once, too, whatever its colour. */
+    free(loaded(state, VIEW LIGHT "f 1 0 0 1 0.5 1 0.6 1\nf 0 1 0 1 0.5 1 0.6 1\ns 0 0 0 1\n",
+                NULL));
+    assert_string_equal(s->said, "scene.nff:9: warning: reflection and transmission together are "
+                                 "1.1, more than 1: the surface "
+                                 "gives off more light than it gets\n");
     /* A sum above 1 by rounding alone is not warned of, and does not prevent a warning of another material. */
     free(loaded(state, VIEW LIGHT "f 1 0 0 1 0.5 1 0.50000001 1\nf 255 0 0 1 0 1 0 1\ns 0 0 0 1\n",
                 NULL));
@@ -240,6 +250,7 @@ static void test_line_ends_and_comments(void **state)
 static void test_mistakes(void **state)
 {
     refused(state, "b 1 1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
+    refused(state, "b 1 1 -1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
     refused(state, "\nx 1 1\n",
             "scene.nff:2: unknown statement 'x', expected v, b, l, f, s, c, p or pp");
     refused(state, "from 1 2 3\n",
@@ -266,6 +277,9 @@ static void test_mistakes(void **state)
             "scene.nff:1: 'f' needs eight numbers: R G B Kd Ks Shine T ior");
     refused(state, "f 1 1 1 1 2 1 0 1\n",
             "scene.nff:1: Ks is out of range, expected a number from 0 to 1");
+    /* An index of 0 is replaced only where nothing is transmitted. */
+    refused(state, "f 1 1 1 1 0 1 0.5 0\n",
+            "scene.nff:1: ior is out of range, expected a finite number > 0");
     refused(state, "s 1 2 3\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 4 5\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 1e999\n",

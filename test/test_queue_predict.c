@@ -29,6 +29,79 @@ static void test_probes_are_checked(void **state)
     }
 }
 
+/* A map of the costs of 3 x 5 blocks of 10 x 10 pixels. */
+static struct cost_map costs_of_blocks(void)
+{
+    struct cost_map map;
+    cost_init(&map, 30, 50, 10, 3);
+    assert_true(map.columns == 3 && map.rows == 5 && map.probes == 5);
+    return map;
+}
+
+/* Puts the costs of a row of blocks, seconds. */
+static void put_row(struct cost_map *map, uint32_t row, float left, float middle, float right)
+{
+    struct tile probe = cost_probe(map, row);
+    assert_true(cost_put(map, &probe, (const float[]){left, middle, right}));
+}
+
+/* What a block is predicted to cost per pixel. */
+static struct cost block_cost(const struct cost_map *map, uint32_t column, uint32_t row)
+{
+    struct cost cost = cost_predict(map, 10 * column, 10 * row, 10, 10);
+    return (struct cost){cost.work / 100, cost.worst / 100};
+}
+
+static void assert_near(double a, double b)
+{
+    assert_true(fabs(a - b) <= 1e-6 * fabs(b));
+}
+
+/* Costs are smoothed with the weights 4, 2 and 1, after three quarters of the cheapest are subtracted as the fixed cost
+ * of a probe. A probe whose answer comes twice counts once. */
+static void test_costs_are_smoothed(void **state)
+{
+    (void)state;
+    struct cost_map map = costs_of_blocks();
+    put_row(&map, 0, 1, 1, 17);
+    put_row(&map, 1, 33, 1, 1);
+    put_row(&map, 1, 33, 1, 1);
+    put_row(&map, 2, 1, 1, 1);
+    cost_settle(&map);
+    assert_near(block_cost(&map, 1, 1).work, (16.25 + 2 * 32.25 + 13 * 0.25) / 16);
+    assert_near(block_cost(&map, 1, 1).worst, 32.25);
+    /* A block at the edge stands for those beyond it. */
+    assert_near(block_cost(&map, 2, 0).work, (9 * 16.25 + 7 * 0.25) / 16);
+    double between = (block_cost(&map, 1, 1).work + block_cost(&map, 2, 1).work) / 2;
+    assert_near(cost_predict(&map, 15, 10, 10, 10).work / 100, between);
+    cost_free(&map);
+}
+
+/* Blocks of which no probe has come back are left out of the means around them, and cost the mean of all where there
+ * is none. */
+static void test_unknown_costs(void **state)
+{
+    (void)state;
+    struct cost_map map = costs_of_blocks();
+    put_row(&map, 0, 1, 3, 2);
+    put_row(&map, 0, 1, 3, 2);
+    cost_settle(&map);
+    assert_near(block_cost(&map, 1, 1).work, (0.25 + 2 * 2.25 + 1.25) / 4);
+    assert_near(block_cost(&map, 1, 4).work, 2 - 0.75);
+    cost_free(&map);
+}
+
+/* By a clock that stands still, probes take no time, yet something is predicted. */
+static void test_costs_by_a_clock_that_stands_still(void **state)
+{
+    (void)state;
+    struct cost_map map = costs_of_blocks();
+    put_row(&map, 0, 0, 0, 0);
+    cost_settle(&map);
+    assert_true(block_cost(&map, 1, 0).work > 0 && block_cost(&map, 1, 4).worst > 0);
+    cost_free(&map);
+}
+
 /* For every fifth tile renderers report far more time than has passed, as may happen where many share a core. All
  * predictions stay finite, so that the run comes to its end. */
 static void test_predictions_stay_numbers(void **state)
@@ -145,6 +218,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_probes_are_checked),
+        cmocka_unit_test(test_costs_are_smoothed),
+        cmocka_unit_test(test_unknown_costs),
+        cmocka_unit_test(test_costs_by_a_clock_that_stands_still),
         cmocka_unit_test(test_predictions_stay_numbers),
         cmocka_unit_test(test_neighbours_are_raised),
         cmocka_unit_test(test_large_tiles_are_raised_in_part),
