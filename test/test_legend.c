@@ -79,6 +79,17 @@ static void test_numbers(void **state)
     assert_int_equal(dots_of(4294967295u), 9 + 11 + 12 + 9 + 12 + 12 + 7 + 11 + 12 + 11);
 }
 
+/* All numbers have room for the longest one, wherever it stands. */
+static void test_room_for_the_longest_number(void **state)
+{
+    (void)state;
+    struct legend_entry entries[] = {{9, {1, 0, 0}}, {8, {1, 0, 0}}, {7, {1, 0, 0}}};
+    uint32_t width = 2 + 3 * (5 + 2 + 4 + 2); /* dots: three entries of a digit beside each other */
+    assert_int_equal(legend_height(width, 1000, entries, 3), 8);
+    entries[0].number = 10;
+    assert_int_equal(legend_height(width, 1000, entries, 3), 2 * 8);
+}
+
 static void test_room(void **state)
 {
     (void)state;
@@ -100,6 +111,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_entry_is_there),
         cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_room_for_the_longest_number),
         cmocka_unit_test(test_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -67,6 +67,12 @@ static void test_ini_wins_over_the_view(void **state)
     assert_true(scene->view.camera.eye.z == 8 && scene->view.background_top.x == 1);
     assert_true(scene_lights(scene)->position.z == 10 && scene_spheres(scene)->center.z == 7);
     free(scene);
+    /* Of two files the first one sets the view and the background. */
+    scratch_write("other.nff", "b 0 0 1\nv\nfrom 9 9 9\nat 0 0 0\nup 0 0 1\nangle 30\n");
+    scratch_write("scene.ini", "[include]\nfile = scene.nff\n[include]\nfile = other.nff\n");
+    scene = scratch_scene(*state, "scene.ini", NULL);
+    assert_true(scene->view.camera.eye.x == 2 && scene->view.background_top.x == 1);
+    free(scene);
 }
 
 static void test_placed(void **state)
@@ -184,6 +190,10 @@ static void test_negative_cone(void **state)
                         "scene.nff:11: warning: a cone with a negative radius is seen from "
                         "outside too\n");
     free(scene);
+    free(loaded(state, VIEW LIGHT "c\n0 0 0 2\n0 0 5 -1\n", NULL));
+    assert_string_equal(s->said,
+                        "scene.nff:11: warning: a cone with a negative radius is seen from "
+                        "outside too\n");
 }
 
 static void test_extreme_numbers(void **state)

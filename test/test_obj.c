@@ -127,6 +127,8 @@ static void test_mistakes(void **state)
     refused(state, SQUARE "f 1 2 4294967297\n", "mesh.obj:5: '4294967297' names a vertex " FOUR);
     refused(state, SQUARE "f 1 2 99999999999999999999999\n",
             "mesh.obj:5: '99999999999999999999999' names a vertex " FOUR);
+    /* modulo 2^64 it would be 3 */
+    refused(state, SQUARE "f 1 2 18446744073709551619\n", "mesh.obj:5: '18446744073709551619' names a vertex " FOUR);
     refused(state, SQUARE "f 1 2 3//1\n",
             "mesh.obj:5: '3//1' names a normal that is not there, only 0 are defined so far");
     refused(state, "v 0 0 0\nf 1 2/1 3\n",
