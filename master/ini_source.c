@@ -174,7 +174,10 @@ static bool feed_long_entry(struct feed *feed, const char *line, size_t length, 
     while (separator < end && *separator != '=' && *separator != ':')
         separator++;
     if (separator == end) return refuse(feed, "expected 'key = value', a [section] or a comment");
-    if (separator - line > KEY_MAX_BYTES)
+    const char *key_end = separator;
+    while (key_end > line && is_blank(key_end[-1]))
+        key_end--;
+    if (key_end - line > KEY_MAX_BYTES)
         return refuse(
             feed, "the key's name is too long, expected at most " DIGITS(KEY_MAX_BYTES) " bytes");
     const char *value = separator + 1;
@@ -184,7 +187,7 @@ static bool feed_long_entry(struct feed *feed, const char *line, size_t length, 
         end--;
     memcpy(feed->value, value, (size_t)(end - value));
     feed->value[end - value] = '\0';
-    size_t key = (size_t)(separator - line);
+    size_t key = (size_t)(key_end - line);
     memcpy(buffer, line, key);
     memcpy(buffer + key, PLACEHOLDER, sizeof PLACEHOLDER);
     feed->expecting = feed->placeholder = true;

@@ -241,14 +241,49 @@ static void test_refusals(void **state)
     assert_non_null(builder_add_cone(b, &too_long));
     assert_non_null(builder_add_normal(b, vec3(0, 0, 0), &index));
     assert_non_null(builder_add_vertex(b, vec3(0, HUGE_VAL, 0), &index));
+    struct light light = {{0, 0, 0}, {-1, 0, 0}};
+    assert_non_null(builder_add_light(b, &light));
+    builder_destroy(b);
+}
+
+/* Each number of a material by itself; all of it may be 1. */
+static void test_refused_materials(void **state)
+{
+    (void)state;
+    struct builder *b = builder_create();
     struct material bad = plain();
-    bad.reflection = 1.5;
-    assert_non_null(builder_add_material(b, &bad, &index));
+    double *const numbers[] = {&bad.color.x, &bad.color.z,    &bad.ambient,
+                               &bad.diffuse, &bad.specular,   &bad.shininess,
+                               &bad.ior,     &bad.reflection, &bad.transmission};
+    const size_t count = sizeof numbers / sizeof *numbers;
+    uint32_t index;
+    for (size_t i = 0; i < count; i++) {
+        const double wrong[] = {-1, nan(""), HUGE_VAL, 1.5};
+        for (size_t k = 0; k < (i < count - 2 ? 3 : 4); k++) {
+            bad = plain();
+            *numbers[i] = wrong[k];
+            assert_non_null(builder_add_material(b, &bad, &index));
+        }
+        *numbers[i] = 1;
+        assert_null(builder_add_material(b, &bad, &index));
+    }
     bad = plain();
     bad.ior = 0;
     assert_non_null(builder_add_material(b, &bad, &index));
-    struct light light = {{0, 0, 0}, {-1, 0, 0}};
-    assert_non_null(builder_add_light(b, &light));
+    builder_destroy(b);
+}
+
+/* Edges of triangles, with normals or without, have finite lengths. */
+static void test_refused_edges(void **state)
+{
+    (void)state;
+    struct builder *b = builder_create();
+    uint32_t m = add_material(b, 0), v[3], n;
+    for (int i = 0; i < 3; i++)
+        assert_null(builder_add_vertex(b, vec3(1.7e308 * (i - 1), i, 0), &v[i]));
+    assert_null(builder_add_normal(b, vec3(0, 0, 1), &n));
+    assert_non_null(builder_add_triangle(b, &(struct triangle){{v[0], v[1], v[2]}, m}));
+    assert_non_null(builder_add_patch(b, &(struct patch){{v[0], v[1], v[2]}, {n, n, n}, m}));
     builder_destroy(b);
 }
 
@@ -277,6 +312,8 @@ int main(void)
         cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_support),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refused_materials),
+        cmocka_unit_test(test_refused_edges),
         cmocka_unit_test(test_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

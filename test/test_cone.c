@@ -41,6 +41,10 @@ static void test_cylinder_side(void **state)
     assert_crossings(&rod, across, 1, CONE_SIDE, 2, CONE_SIDE);
     assert_crossings(&rod, ray_along(vec3(-3, 0.6, 1), vec3(1, 0, 0)), 2.2, CONE_SIDE, 3.8,
                      CONE_SIDE);
+    /* The rims belong to it: a ray in the plane of either end meets them. */
+    assert_crossings(&tube, ray_along(vec3(-3, 0, 0), vec3(1, 0, 0)), 2, CONE_SIDE, 4, CONE_SIDE);
+    assert_crossings(&tube, ray_along(vec3(-3, 0, 2), vec3(1, 0, 0)), 2, CONE_SIDE, 4, CONE_SIDE);
+    assert_missed(&tube, ray_along(vec3(-3, 0, nextafter(2, 3)), vec3(1, 0, 0)));
     assert_missed(&tube, ray_along(vec3(-3, 0, 2.5), vec3(1, 0, 0)));
     assert_missed(&rod, ray_along(vec3(-3, 1.5, 1), vec3(1, 0, 0)));
     assert_missed(&rod, ray_along(vec3(3, 0, 1), vec3(1, 0, 0)));

@@ -115,6 +115,35 @@ static void test_long_lines(void **state)
     }
 }
 
+/* The longest keys, whatever blanks follow them, the longest names, and the most keys of a section. */
+static void test_limits(void **state)
+{
+    char text[8000], name[51], value[301];
+    struct ini ini;
+    memset(name, 'n', sizeof name);
+    name[50] = value[300] = '\0';
+    memset(value, 'v', sizeof value - 1);
+    snprintf(text, sizeof text, "[a]\n%s%100s= %s\n%s = v\n", name + 1, "", value, name + 2);
+    scratch_write("limits.ini", text);
+    assert_true(ini_load("limits.ini", &ini));
+    assert_string_equal(ini_entry(&ini.sections[0], name + 1)->value, value);
+    ini_free(&ini);
+    size_t length = (size_t)snprintf(text, sizeof text, "[a]\n");
+    for (int i = 0; i < 100; i++)
+        length += (size_t)snprintf(text + length, sizeof text - length, "k%d = %d\n", i, i);
+    scratch_write("limits.ini", text);
+    assert_true(ini_load("limits.ini", &ini));
+    assert_int_equal(ini.sections[0].count, 100);
+    ini_free(&ini);
+    snprintf(text + length, sizeof text - length, "k = 0\n");
+    refused(state, text, "scene.ini:102: too many keys in one section");
+    /* What is printed can be read again. */
+    assert_true(ini_can_name("a", name + 3) && !ini_can_name("a", name + 2));
+    assert_true(ini_can_hold("k", "a b") && ini_can_hold("k", ""));
+    assert_false(ini_can_hold("k", " a"));
+    assert_false(ini_can_hold("k", "a\t"));
+}
+
 /* The same texts as short lines and as ones that inih does not see whole. */
 static void test_comments_in_long_lines(void **state)
 {
@@ -492,6 +521,7 @@ int main(void)
         cmocka_unit_test(test_placed_kinds),
         cmocka_unit_test(test_form),
         cmocka_unit_test(test_form_mistakes),
+        cmocka_unit_test(test_limits),
         cmocka_unit_test(test_long_lines),
         cmocka_unit_test(test_comments_in_long_lines),
         cmocka_unit_test(test_unknown_names),

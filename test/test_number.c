@@ -55,6 +55,7 @@ static void test_plain_numbers(void **state)
                                         "123456789012345678901234567890e-20",
                                         "0.30000000000000004440892098500626161694526672363281250",
                                         "1e-99999999999999999999",
+                                        "1e-18446744073709551616", /* 0 modulo 2^64 */
                                         "00000000000000000000000000000000001.5",
                                         "0e999999999999999999999999"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
@@ -64,10 +65,31 @@ static void test_plain_numbers(void **state)
 static void test_no_numbers(void **state)
 {
     (void)state;
-    static const char *const texts[] = {
-        "",     "+",   "-",     ".",    "e5",       ".e5",   "1e",      "1e+",
-        "0x10", "inf", "nan",   "-inf", "infinity", "1e400", "-1e309",  "1,5",
-        "1 ",   " 1",  "1.2.3", "--1",  "1f",       "1e5.0", "1.8e308", "1e99999999999999999999"};
+    static const char *const texts[] = {"",
+                                        "+",
+                                        "-",
+                                        ".",
+                                        "e5",
+                                        ".e5",
+                                        "1e",
+                                        "1e+",
+                                        "0x10",
+                                        "inf",
+                                        "nan",
+                                        "-inf",
+                                        "infinity",
+                                        "1e400",
+                                        "-1e309",
+                                        "1,5",
+                                        "1 ",
+                                        " 1",
+                                        "1.2.3",
+                                        "--1",
+                                        "1f",
+                                        "1e5.0",
+                                        "1.8e308",
+                                        "1e99999999999999999999",
+                                        "1e18446744073709551616"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         double value = 7;
         if (number_parse(texts[i], &value)) fail_msg("'%s' was accepted", texts[i]);

@@ -57,11 +57,24 @@ static void test_empty_indices(void **state)
     struct scene *scene = loaded(state,
                                  SQUARE "vt 0 0\nvn 0 0 1\nf 1// 2// 3//\nf 1/ 2/ 3/ 4/\n"
                                         "f 1/1/ 2/-1/\\\n3/1/\r\nf 1/1/1 2//1 3//1\n"
-                                        "f 1 2/ 3/1/1\nf 1// 2//1 3//",
+                                        "f 1 2/ 3/1/1\nf 1// 2//1 3//\nf 1//1 2//1 3",
                                  "");
-    assert_int_equal(triangles_of(scene), 1 + 2 + 1 + 1 + 1);
+    assert_int_equal(triangles_of(scene), 1 + 2 + 1 + 1 + 1 + 1);
     assert_int_equal(patches_of(scene), 1);
     assert_string_equal(s->said, "");
+    free(scene);
+}
+
+/* A bow tie is warned of once. */
+static void test_crossing_polygons(void **state)
+{
+    struct scratch *s = *state;
+    struct scene *scene = loaded(state, SQUARE "f 1 2 4 3\nf 1 2 4 3\n", "");
+    assert_int_equal(triangles_of(scene), 4);
+    assert_string_equal(
+        s->said,
+        "mesh.obj:5: warning: a polygon crosses itself or is bent so far that its triangles "
+        "overlap, expected flat ones\n");
     free(scene);
 }
 
@@ -128,7 +141,8 @@ static void test_mistakes(void **state)
     refused(state, SQUARE "f 1 2 99999999999999999999999\n",
             "mesh.obj:5: '99999999999999999999999' names a vertex " FOUR);
     /* modulo 2^64 it would be 3 */
-    refused(state, SQUARE "f 1 2 18446744073709551619\n", "mesh.obj:5: '18446744073709551619' names a vertex " FOUR);
+    refused(state, SQUARE "f 1 2 18446744073709551619\n",
+            "mesh.obj:5: '18446744073709551619' names a vertex " FOUR);
     refused(state, SQUARE "f 1 2 3//1\n",
             "mesh.obj:5: '3//1' names a normal that is not there, only 0 are defined so far");
     refused(state, "v 0 0 0\nf 1 2/1 3\n",
@@ -792,6 +806,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faces),
         cmocka_unit_test(test_empty_indices),
+        cmocka_unit_test(test_crossing_polygons),
         cmocka_unit_test(test_text_form),
         cmocka_unit_test(test_lines_that_end_by_cr),
         cmocka_unit_test(test_unknown_statements_warn_once),

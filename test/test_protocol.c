@@ -30,6 +30,7 @@ static void test_counts_add(void **state)
                                 .shade_s = 0.25,
                                 .truncation = 0.125,
                                 .unmatched_media = 7,
+                                .bound_rays = 9,
                                 .open_media = 8,
                                 .sampling = {1, 2},
                                 .halfway = {3, 4},
@@ -42,6 +43,7 @@ static void test_counts_add(void **state)
                                  .shade_s = 2,
                                  .truncation = 0.0625,
                                  .unmatched_media = 70,
+                                 .bound_rays = 90,
                                  .open_media = 80,
                                  .sampling = {0.5, 0.25},
                                  .halfway = {0.125, 0.0625},
@@ -55,6 +57,7 @@ static void test_counts_add(void **state)
     assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);
     assert_int_equal(sum.unmatched_media, 77);
     assert_int_equal(sum.open_media, 88);
+    assert_int_equal(sum.bound_rays, 99);
     assert_true(sum.sampling.squares == 1.5 && sum.sampling.fourths == 2.25);
     assert_true(sum.halfway.squares == 3.125 && sum.halfway.fourths == 4.0625);
     assert_true(sum.first.x == 9 && sum.first.y == 1); /* in the upper row */
@@ -82,6 +85,27 @@ static void test_first_bad_sample(void **state)
     assert_false(bad_sample_before(&samples[2], &samples[2]));
     render_counts_add(&none, &sum);
     assert_true(none.first.x == 7 && none.nonfinite == 4);
+}
+
+/* What came back dropped took time, but is no tile of the picture, nor are probes; and what took no time tells nothing
+ * of when a renderer finished. */
+static void test_renderer_stats_add(void **state)
+{
+    (void)state;
+    const struct tile tile = {.w = 4, .h = 2, .step = 1},
+                      probe = {.w = 4, .h = 1, .step = 1, .pass = TILE_PROBE};
+    struct renderer_stats stats = {.rank = 1};
+    struct result_header header = {
+        .pixels = 8, .start_s = 2, .busy_s = 3, .cpu_s = 1, .counts.primary_hits = 5};
+    renderer_stats_add(&stats, &tile, &header);
+    header.pixels = RESULT_DROPPED;
+    renderer_stats_add(&stats, &tile, &header);
+    header.pixels = 4;
+    renderer_stats_add(&stats, &probe, &header);
+    assert_true(stats.tiles == 1 && stats.pixels == 8 && stats.counts.primary_hits == 5);
+    assert_true(stats.busy_s == 9 && stats.cpu_s == 3 && stats.finish_s == 5);
+    renderer_stats_add(&stats, &tile, &(struct result_header){.pixels = RESULT_DROPPED});
+    assert_true(stats.finish_s == 5);
 }
 
 static void test_tile_good(void **state)
@@ -152,6 +176,7 @@ static void test_result(void **state)
     /* What follows may belong to another tile. */
     assert_true(result_message_valid(&header, bytes + 8, &good_tile, false));
     assert_false(result_message_valid(&header, 0, &good_tile, false));
+    assert_false(result_message_valid(NULL, 0, &good_tile, false)); /* no byte of it is read */
     header.tile_id = 8;
     assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header = good, header.pixels = 15;
@@ -396,6 +421,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_first_bad_sample),
         cmocka_unit_test(test_counts_add),
+        cmocka_unit_test(test_renderer_stats_add),
         cmocka_unit_test(test_tile_good),
         cmocka_unit_test(test_tile_outside),
         cmocka_unit_test(test_tile_size),

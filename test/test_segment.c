@@ -84,6 +84,32 @@ static void test_shared(void **state)
     segment_close(segment, BYTES);
 }
 
+/* The number of the next file that is opened. */
+static int next_file(void)
+{
+    int file = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    close(file);
+    return file;
+}
+
+/* A segment stays mapped without a descriptor, of which a process may have few. */
+static void test_no_file_is_left_open(void **state)
+{
+    (void)state;
+    int next = next_file();
+    size_t bytes;
+    struct segment_address address = segment_make();
+    char *made = segment_extend(address, BYTES);
+    assert_true(segment_opens(address));
+    char *opened = segment_open(address, &bytes);
+    segment_release(address);
+    assert_int_equal(next_file(), next);
+    made[0] = 'a';
+    assert_int_equal(opened[0], 'a');
+    segment_close(opened, bytes);
+    segment_close(made, BYTES);
+}
+
 static void open_one(void *state)
 {
     size_t bytes;
@@ -131,8 +157,9 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_realm),   cmocka_unit_test(test_reach), cmocka_unit_test(test_shared),
-        cmocka_unit_test(test_refused), cmocka_unit_test(test_none),
+        cmocka_unit_test(test_realm),  cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_shared), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_none),   cmocka_unit_test(test_no_file_is_left_open),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

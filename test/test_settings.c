@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,6 +46,19 @@ static void check_bad(const char *section, const char *name, const char *text)
     settings_free(&settings);
 }
 
+/* A word of a vector may have up to 511 characters: there is no room for longer ones. */
+static void test_long_words(void **state)
+{
+    (void)state;
+    char text[600], word[513];
+    memset(word, '0', sizeof word);
+    word[512] = '\0';
+    snprintf(text, sizeof text, "%s 2 3", word + 1);
+    check_good("camera", "eye", text, "0 2 3");
+    snprintf(text, sizeof text, "%s 2 3", word);
+    check_bad("camera", "eye", text);
+}
+
 static void test_defaults(void **state)
 {
     (void)state;
@@ -85,6 +99,7 @@ static void test_values(void **state)
     check_good("image", "region", "0  1 2\t3", "0 1 2 3");
     check_bad("image", "region", "0 1 2");
     check_bad("image", "region", "0 1 0 3");
+    check_bad("image", "region", "0 1 2 0");
     check_bad("image", "region", "0 1 2 3 4");
     check_good("camera", "eye", "1 -2.5 3e2", "1 -2.5 300");
     check_bad("camera", "eye", "1 2");
@@ -163,11 +178,9 @@ static void test_schedule_names(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_defaults),
-        cmocka_unit_test(test_values),
-        cmocka_unit_test(test_color_sets_both_ends),
-        cmocka_unit_test(test_expectations),
-        cmocka_unit_test(test_schedule_names),
+        cmocka_unit_test(test_defaults),     cmocka_unit_test(test_long_words),
+        cmocka_unit_test(test_values),       cmocka_unit_test(test_color_sets_both_ends),
+        cmocka_unit_test(test_expectations), cmocka_unit_test(test_schedule_names),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,6 +56,10 @@ static void test_tangent(void **state)
     found = sphere_crossings(&unit, &below, false, &ALL_CROSSINGS, &exact);
     assert_true(found.t[0] < found.t[1]);
     assert_near(found.t[1] - found.t[0], 2 * sqrt(0x1p-52), 1e-15);
+    /* It passes by at a distance from the sphere whose square is too small for a double. */
+    struct ray beside = ray_along(vec3(1, 0x1p-600, -5), vec3(0, 0, 1));
+    found = sphere_crossings(&unit, &beside, false, &ALL_CROSSINGS, &exact);
+    assert_int_equal(count_ahead(&found), 0);
     struct ray at_contact = ray_along(vec3(0, 1, 0), vec3(1, 0, 0));
     found = sphere_crossings(&unit, &at_contact, false, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);

@@ -1,4 +1,5 @@
 /* Tests of the pending rays of a sample: order, pruning, bounded memory. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -54,6 +55,8 @@ static void test_prunes_by_the_sum(void **state)
     assert_int_equal(tree.count, 4);
     double left = tree_sum(&tree);
     assert_true(left >= 0.5 && left < 0.5 + 1e-14);
+    assert_null(tree_next(&tree, left));
+    assert_non_null(tree_next(&tree, nextafter(left, 0)));
     tree_free(&tree);
 }
 

@@ -40,6 +40,7 @@ static void check(const struct vec3 *polygon, size_t count, size_t expected)
     }
     assert_true(fabs(sum - size) <= 1e-9 * size);
     assert_int_equal(t.count, expected);
+    assert_false(t.improper);
     triangulation_free(&t);
 }
 
@@ -116,6 +117,7 @@ static void test_collinear_corners(void **state)
     for (int i = 0; i < 8; i++)
         polygon[i] = vec3(shape[i][0], shape[i][1], 0);
     check(polygon, 8, 6);
+    check_all_round(shape, 8, 6);
 }
 
 static void test_duplicate_corners(void **state)
