@@ -96,14 +96,14 @@ static int next_file(void)
 static void test_no_file_is_left_open(void **state)
 {
     (void)state;
-    int next = next_file();
     size_t bytes;
     struct segment_address address = segment_make();
+    int next = next_file();
     char *made = segment_extend(address, BYTES);
     assert_true(segment_opens(address));
     char *opened = segment_open(address, &bytes);
-    segment_release(address);
     assert_int_equal(next_file(), next);
+    segment_release(address);
     made[0] = 'a';
     assert_int_equal(opened[0], 'a');
     segment_close(opened, bytes);
