@@ -264,6 +264,23 @@ static void test_never_below_0(void **state)
     hidden_destroy(hidden);
 }
 
+/* Of sums, all is added up but the shortfall, of which the largest one counts, whichever sum it is in. */
+static void test_sums_are_joined(void **state)
+{
+    (void)state;
+    struct hidden_sum a = {.carried = {1, 2}}, b = {.carried = {10, 20}};
+    a.levels[1] = a.levels[LEVEL_MAX] = (struct level_sum){1, 2, 3, 4, 5};
+    b.levels[1] = b.levels[LEVEL_MAX] = (struct level_sum){10, 20, 30, 40, 2};
+    hidden_join(&a, &b);
+    hidden_join(&b, &a);
+    for (unsigned level = 1; level <= LEVEL_MAX; level += LEVEL_MAX - 1) {
+        const struct level_sum *sum = &b.levels[level];
+        assert_true(sum->pixels == 21 && sum->warned == 42 && sum->expected == 63);
+        assert_true(sum->variance == 84 && sum->shortfall == 5 && a.levels[level].shortfall == 5);
+    }
+    assert_true(b.carried.squares == 21 && b.carried.fourths == 42);
+}
+
 /* A neighbour that is not finite does not hide how much a pixel stands out from the others. */
 static void test_strange_neighbour(void **state)
 {
@@ -321,6 +338,7 @@ int main(void)
         cmocka_unit_test(test_found_stays),
         cmocka_unit_test(test_warned),
         cmocka_unit_test(test_never_below_0),
+        cmocka_unit_test(test_sums_are_joined),
         cmocka_unit_test(test_strange_neighbour),
         cmocka_unit_test(test_strange),
     };

@@ -251,6 +251,9 @@ static void test_bad_combinations(void **state)
     refused(state, "[image]\nwidth = 10\nheight = 10\nregion = 5 0 6 10\n",
             "scene.ini:4: region = 5 0 6 10 reaches out of the picture, expected a part of 10 x 10 "
             "pixels");
+    refused(state, "[image]\nwidth = 10\nheight = 10\nregion = 0 5 10 6\n",
+            "scene.ini:4: region = 0 5 10 6 reaches out of the picture, expected a part of 10 x 10 "
+            "pixels");
     refused(
         state, "[image]\nregion = 4294967295 0 2 10\n",
         "scene.ini:2: region = 4294967295 0 2 10 reaches out of the picture, expected a part of "
