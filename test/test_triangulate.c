@@ -156,6 +156,23 @@ static void test_bridge_to_a_hole(void **state)
     triangulation_free(&t);
 }
 
+/* Two holes in a row: the bridge to the second one begins at the first. Wherever the outline begins, each corner that is
+ * passed twice keeps both sides of its bridges apart. */
+static void test_bridge_between_holes(void **state)
+{
+    (void)state;
+    enum { COUNT = 16 };
+    static const double shape[COUNT][2] = {{0, 0}, {7, 0}, {7, 4}, {0, 4}, {0, 0}, {1, 1},
+                                           {1, 3}, {3, 3}, {4, 1}, {4, 3}, {6, 3}, {6, 1},
+                                           {4, 1}, {3, 3}, {3, 1}, {1, 1}};
+    for (size_t begin = 0; begin < COUNT; begin++) {
+        double flat[COUNT][2];
+        for (size_t i = 0; i < COUNT; i++)
+            memcpy(flat[i], shape[(begin + i) % COUNT], sizeof flat[i]);
+        check_all_round((const double(*)[2])flat, COUNT, COUNT - 2);
+    }
+}
+
 static void test_nearly_flat_and_far_sizes(void **state)
 {
     (void)state;
@@ -410,6 +427,7 @@ int main(void)
         cmocka_unit_test(test_collinear_corners),
         cmocka_unit_test(test_duplicate_corners),
         cmocka_unit_test(test_bridge_to_a_hole),
+        cmocka_unit_test(test_bridge_between_holes),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_no_area_and_crossings_end),
         cmocka_unit_test(test_bumpy_grid),
