@@ -191,7 +191,7 @@ static void test_materials(void **state)
     assert_true(red->transmission == 0.25 && red->ior == 1.4);
     const struct material *dull = material_of(scene, 2);
     assert_true(dull->color.z == 0.5 && dull->reflection == 0 && dull->transmission == 0.25);
-    assert_true(dull->diffuse == 0.75);
+    assert_true(dull->diffuse == 0.75 && dull->specular == 1);
     const struct material *green = material_of(scene, 3);
     assert_true(green->transmission == 0 && green->diffuse == 1 && green->ambient == 0.1);
     /* No mirror reflects more light than it gets. */
@@ -366,6 +366,11 @@ static void test_legal_forms_of_materials(void **state)
     scratch_write("bad.mtl", "newmtl a\nKd 1e999 0 0\n");
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
+    scratch_write("bad.mtl", "newmtl a\nKd 1 0 -1\n");
+    scratch_refused(
+        *state, "scene.ini", NULL,
+        "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a "
+        "share from 0 to 1");
     scratch_write("bad.mtl", "newmtl a\nNs 1e16\n");
     scratch_refused(
         *state, "scene.ini", NULL,
@@ -396,6 +401,9 @@ static void test_index_of_refraction_of_0(void **state)
                         "zero.mtl:5: warning: 'Ni' is 0 and counts as not given: light that "
                         "is let through is not bent\n");
     free(scene);
+    scratch_write("zero.mtl", "newmtl d\nd 0.5\nNi 0\nNi 1.25\n"); /* given after all */
+    free(loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl d\nf 1 2 3\n", ""));
+    assert_string_equal(s->said, "");
     static const char *const mistakes[] = {"-1", "nan", "-1e-300", "inf", "x"};
     for (size_t i = 0; i < sizeof mistakes / sizeof *mistakes; i++) {
         char mtl[64];

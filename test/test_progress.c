@@ -284,6 +284,48 @@ static void test_time_left_resumed(void **state)
     screen_close(&screen);
 }
 
+/* What is shown of a single state, a second after the start. */
+static const char *shown(struct screen *screen, struct progress_state now)
+{
+    struct progress progress;
+    now.tiles = 10;
+    progress_start(&progress, screen->out, 0, 0);
+    progress_update(&progress, &now, 1);
+    const char *text = screen_read(screen);
+    progress_end(&progress);
+    return text;
+}
+
+/* Nothing is shown beyond the end, of the work or of the time. */
+static void test_beyond_the_end(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    screen_open(&screen, 80);
+    assert_non_null(
+        strstr(shown(&screen, (struct progress_state){.share_done = 1.5}), "\r100% [#"));
+    struct progress_state late = {.limit = 0.5, .ends = 0.5, .only_limit = true};
+    assert_non_null(strstr(shown(&screen, late), "\r100% [#"));
+    assert_non_null(strstr(shown(&screen, late), " 0:00 left"));
+    late.ends = 2; /* of a limit that has been extended */
+    assert_non_null(strstr(shown(&screen, late), "\r  0% [-"));
+    /* A pass that begins when all is done */
+    assert_non_null(
+        strstr(shown(&screen, (struct progress_state){.share_done = 1, .pass = 2}), "\r100% [#"));
+    screen_close(&screen);
+}
+
+/* A limit tells the time left before anything else does. */
+static void test_limit_is_known_at_once(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    screen_open(&screen, 80);
+    const char *text = shown(&screen, (struct progress_state){.limit = 20, .ends = 20});
+    assert_non_null(strstr(text, " 0:19 left"));
+    screen_close(&screen);
+}
+
 /* If the estimate of the total work grows, the share shown does not decrease, except for the next pass. */
 static void test_never_backwards(void **state)
 {
@@ -484,6 +526,8 @@ int main(void)
         cmocka_unit_test(test_time_left),
         cmocka_unit_test(test_time_left_of_a_short_run),
         cmocka_unit_test(test_time_left_resumed),
+        cmocka_unit_test(test_beyond_the_end),
+        cmocka_unit_test(test_limit_is_known_at_once),
         cmocka_unit_test(test_never_backwards),
         cmocka_unit_test(test_share_of_a_pass),
         cmocka_unit_test(test_limit),
