@@ -20,7 +20,7 @@ struct muster {
 
 static bool is_known(const struct affinity *affinity)
 {
-    return affinity->machine[0] != '\0' && CPU_COUNT(&affinity->cores) > 0;
+    return affinity->machine[0] != '\0';
 }
 
 /* Joins the renderer to the groups of all that may use one of its cores. has: per core, a renderer that may use

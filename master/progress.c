@@ -111,7 +111,7 @@ static void make_fields(struct fields *fields, const struct progress *progress,
                         const struct progress_state *state, double now)
 {
     double elapsed = now - progress->started;
-    struct figure rate = figure_count(elapsed > 0 ? (double)state->rays / elapsed : 0);
+    struct figure rate = figure_count((double)state->rays / elapsed);
     struct figure left = progress->left < 0 ? (struct figure){"-:--"} : figure_span(progress->left);
     uint32_t done = state->tiles_done - state->tiles_before;
     uint32_t tiles = state->tiles - state->tiles_before;

@@ -127,7 +127,6 @@ static void count_pixels(struct shares *shares)
         struct tile tile = share_tile(shares, id);
         if (share_has_pixels(&tile)) work_of(shares, id)->pixels += tile_pixels(&tile);
     }
-    shares->all.pixels = (double)shares->config.width * shares->config.height;
 }
 
 void share_init(struct shares *shares, const struct share_config *config, uint64_t most)
@@ -191,7 +190,6 @@ void share_finish(struct shares *shares, const struct tile *tile, double now, do
 void share_skip(struct shares *shares, const struct tile *tile)
 {
     work_of(shares, tile->id)->skipped += tile_pixels(tile);
-    shares->all.skipped += tile_pixels(tile);
 }
 
 /* The weight, as a part of a share's pixels, of the mean over all shares. Pixels in the middle of a picture take many

@@ -29,7 +29,7 @@ struct share_cursor {
     uint32_t next, end;
 };
 
-/* What is known of one renderer's share, or of all shares; in pixels. */
+/* What is known of one renderer's share, or of all shares, of which pixels and skipped are not needed; in pixels. */
 struct share_work {
     double pixels;
     double finished, skipped; /* of these: finished in this run, and in an earlier one */
