@@ -156,8 +156,8 @@ static void test_bridge_to_a_hole(void **state)
     triangulation_free(&t);
 }
 
-/* Two holes in a row: the bridge to the second one begins at the first. Wherever the outline begins, each corner that is
- * passed twice keeps both sides of its bridges apart. */
+/* Two holes in a row: the bridge to the second one begins at the first. Wherever the outline begins, its corners that
+ * are passed twice keep both sides of their bridges apart. */
 static void test_bridge_between_holes(void **state)
 {
     (void)state;
