@@ -224,13 +224,15 @@ static inline struct scene *random_triangles(uint64_t *random, int scale, int fa
     return finish_scene(builder);
 }
 
-/* Builds a tree, which the caller frees, in memory full of garbage: the tree must not depend on its content. */
+/* Builds a tree, which the caller frees, in memory full of garbage, another one each time: the tree must not depend on
+ * its content. */
 static inline struct bvh *build_tree_by(const struct scene *scene, unsigned threads)
 {
+    static unsigned char garbage = 0xa5;
     size_t bytes = bvh_bytes_bound(scene);
     void *memory = aligned_alloc(64, bytes);
     assert_non_null(memory);
-    memset(memory, 0xa5, bytes);
+    memset(memory, garbage++, bytes);
     return bvh_build(scene, memory, threads);
 }
 
