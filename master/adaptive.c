@@ -17,10 +17,10 @@
 #define PASS_AIM_MIN 0.12
 #define PASS_AIM_MAX 0.93
 
-/* The target is out of reach where the pixels that have max_samples alone have DONE_STOP times the squared error that it
- * allows. Then all other pixels together are not worth a pass once the squared error is at most DONE_STOP times that of
- * these, and passes aim at DONE_AIM times it. Otherwise they would all get max_samples, too, for next to nothing: with 4096 a
- * single edge in a picture of 64 x 48 pixels took ten times the samples for the same error. */
+/* The target is out of reach where the pixels that have max_samples alone have DONE_STOP times the squared error that
+ * it allows. Then all other pixels together are not worth a pass once the squared error is at most DONE_STOP times that
+ * of these, and passes aim at DONE_AIM times it. Otherwise they would all get max_samples, too, for next to nothing:
+ * a triangle of 64 x 48 pixels with a target of 1e-4 took 1482 in place of 335 samples per pixel for the same error. */
 #define DONE_STOP 1.1
 #define DONE_AIM  1.05
 

@@ -31,8 +31,8 @@ struct error_breakdown {
  * By how much the logarithm of squares may be off because the halves of a pixel, of a and b samples, are not of the
  * same size, which they are only with an even number of samples. Whatever their squared errors are, that of all samples
  * is between b^2 / n^2 and a^2 / n^2 times their sum. The estimate assumes a part near a b / n^2 (share_of_square() in
- * worker/pixels.c), so this is log(a / b). Where colours change evenly, halves of 2^k samples err much less than others,
- * and much of that range is needed.
+ * worker/pixels.c), so this is log(a / b). Where colours change evenly, halves of 2^k samples err much less than
+ * others, and much of that range is needed.
  */
 double error_odd(uint32_t samples);
 

@@ -15,8 +15,8 @@ static struct vec3 divided(struct vec3 v, double by)
     return vec3(v.x / by, v.y / by, v.z / by);
 }
 
-/* Samples of one colour are computed in different ways, so that they differ by a few units of rounding. That is no error
- * of sampling: more samples would not lower it. */
+/* Samples of one colour are computed in different ways, so that they differ by a few units of rounding. That is no
+ * error of sampling: more samples would not lower it. */
 #define SAME_COLOR (64 * UNIT_ROUNDOFF)
 
 static double beyond_rounding(double a, double b)
