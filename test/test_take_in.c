@@ -86,6 +86,21 @@ static void test_what_is_not_finished(void **state)
     farm_close(farm);
 }
 
+/* The tray of renderer 1, until take_tray(). */
+static struct tray *give_tray(struct farm *farm)
+{
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    tray_init(tray);
+    return farm->trays[1] = tray;
+}
+
+static void take_tray(struct farm *farm)
+{
+    tray_free(farm->trays[1]);
+    free(farm->trays[1]);
+    farm->trays[1] = NULL;
+}
+
 /* The first result, of so many bytes, lies in the renderer's tray; the master looks. */
 static void leave_in_tray(struct farm *farm, uint32_t bytes)
 {
@@ -99,10 +114,8 @@ static void test_answer_in_a_tray(void **state)
 {
     (void)state;
     struct farm *farm = farm_open(&small_tiles);
-    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    struct tray *tray = give_tray(farm);
     struct tile tile;
-    tray_init(tray);
-    farm->trays[1] = tray;
     hand_out(&farm->server, 1);
     assert_true(first_held(farm, &tile));
     write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
@@ -111,8 +124,7 @@ static void test_answer_in_a_tray(void **state)
     leave_in_tray(farm, (uint32_t)letter.size);
     assert_true(farm->contacts[1].heard_at == 3);
     assert_true(farm->stats[1].tiles == 1 && slots_bytes(&tray->results, 0) == 0);
-    tray_free(tray);
-    free(tray);
+    take_tray(farm);
     farm_close(farm);
 }
 
@@ -121,10 +133,8 @@ static void test_waits_are_counted(void **state)
 {
     (void)state;
     struct farm *farm = farm_open(&small_tiles);
-    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    struct tray *tray = give_tray(farm);
     struct tile tile;
-    tray_init(tray);
-    farm->trays[1] = tray;
     hand_out(&farm->server, 1);
     for (uint32_t i = 0, id = 0; i < 2; i++, id++, letter.size = 0) {
         while (!queue_find_held(farm->service.queue, 1, id, &tile))
@@ -139,8 +149,7 @@ static void test_waits_are_counted(void **state)
     assert_int_equal(farm->stats[1].tiles, 2);
     assert_true(farm->service.answer_wait_s >= 200);
     assert_true(fabs(farm->service.answer_wait_most_s * 2 - farm->service.answer_wait_s) < 1e-6);
-    tray_free(tray);
-    free(tray);
+    take_tray(farm);
     farm_close(farm);
 }
 
@@ -255,9 +264,7 @@ static void test_wrong_messages(void **state)
         [PONG_LONG] = "rank 1 sent a message of unknown kind 9",
         [OTHER_KIND] = "rank 1 sent a message of unknown kind 99"};
     struct farm *farm = farm_open(&small_tiles);
-    struct tray *tray = aligned_alloc(64, sizeof *tray);
-    tray_init(tray);
-    farm->trays[1] = tray;
+    give_tray(farm);
     farm->contacts[1].is_ready = true;
     fall_silent(farm);
     while (!queue_has_recalls(farm->service.queue))
@@ -268,8 +275,7 @@ static void test_wrong_messages(void **state)
                  said[wrong] ? said[wrong] : said[RESULT_EMPTY]);
         assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
     }
-    tray_free(tray);
-    free(tray);
+    take_tray(farm);
     farm_close(farm);
 }
 
