@@ -32,8 +32,8 @@ static double log_spread(const struct error_sum *sum)
 
 double error_odd(uint32_t samples)
 {
-    double a = samples - samples / 2, b = samples / 2;
-    return b > 0 ? log(a / b) : 0;
+    uint32_t fewer = samples / 2, more = samples - fewer;
+    return fewer > 0 ? log((double)more / fewer) : 0;
 }
 
 /* Standard deviation of the logarithm of the hidden squared error, beside that by chance: the squared error of eight

@@ -129,7 +129,7 @@ uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
 /* Whether nothing is predicted yet, and the tile would be too large a part of a renderer's share. */
 static bool is_blind_risk(const struct queue *queue, const struct item *item)
 {
-    return !queue->settled && area(item) > DYNAMIC_EDGE * DYNAMIC_EDGE &&
+    return !queue->settled && area(item) > (uint64_t)DYNAMIC_EDGE * DYNAMIC_EDGE &&
            BLIND_PARTS * (double)item->work * queue_processors(queue) > queue->pace.total;
 }
 
