@@ -7,6 +7,7 @@
 #include "bench/balance_costs_parts.h"
 #include "bench/balance_trace.h"
 #include "common/message.h"
+#include "common/whole.h"
 #include "master/queue.h"
 
 /* ---- tiles that are measured ---- */
@@ -201,9 +202,9 @@ double costs_spread(const struct tile_costs *map, double samples)
 /* The measurement of exactly this tile; negative when there is none. */
 static double measured(const struct tile_costs *map, const struct tile *tile)
 {
-    uint32_t larger = tile->w > tile->h ? tile->w : tile->h;
+    uint32_t edge = larger(tile->w, tile->h);
     unsigned level = 0;
-    while (level < COST_LEVELS && (1u << level) < larger)
+    while (level < COST_LEVELS && (1u << level) < edge)
         level++;
     if (level == COST_LEVELS || tile->step != 1 || tile->phase != 0) return -1;
     if (tile->x % (1u << level) || tile->y % (1u << level)) return -1;

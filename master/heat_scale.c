@@ -58,7 +58,7 @@ static uint32_t place_of(const struct scale *scale, double seconds)
 /* The label of a time, in the middle below its place, but not beyond the ends of the bar. */
 static struct label label_of(const struct scale *scale, double seconds)
 {
-    struct label label;
+    struct label label = {.left = 0};
     write_time(seconds, &label);
     uint32_t width = dots_text_width(label.text) - 1, middle = place_of(scale, seconds);
     uint32_t left = middle > width / 2 ? middle - width / 2 : 0;
