@@ -1,6 +1,7 @@
 #include "master/dots.h"
 
 #include <assert.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -62,8 +63,8 @@ uint32_t dots_edge(uint32_t width)
 uint32_t dots_height(uint32_t width, uint32_t height, uint32_t rows)
 {
     uint64_t pixels = (uint64_t)rows * dots_edge(width);
-    return pixels <= height && (uint64_t)width * height <= PICTURE_MAX_PIXELS / 2 ? (uint32_t)pixels
-                                                                                  : 0;
+    bool room = pixels <= height && (uint64_t)width * height <= PICTURE_MAX_PIXELS / 2;
+    return room ? (uint32_t)pixels : 0;
 }
 
 static void put(struct canvas *canvas, uint32_t x, uint32_t y, const float rgb[3])

@@ -60,7 +60,8 @@ static struct label label_of(const struct scale *scale, double seconds)
 {
     struct label label = {.left = 0};
     write_time(seconds, &label);
-    uint32_t width = dots_text_width(label.text) - 1, middle = place_of(scale, seconds);
+    uint32_t width = dots_text_width(label.text) - 1; /* without the gap behind it */
+    uint32_t middle = place_of(scale, seconds);
     uint32_t left = middle > width / 2 ? middle - width / 2 : 0;
     if (left + width > scale->bar) left = scale->bar - width;
     label.left = GAP + left;

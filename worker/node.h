@@ -37,7 +37,7 @@ struct node {
 };
 
 /*
- * Collective. segment: one that this rank has made, in case it is the first of its node. Ranks
+ * Collective over all ranks. segment: one that this rank has made, in case it is the first of its node. Ranks
  * sleep while they wait, except for the first ranks of several nodes. MPI_Comm_split_type() and
  * MPI_Win_allocate_shared(), which do the same, spin on all ranks: with 44 ranks on two cores that took three
  * quarters of a small picture's time.
