@@ -54,8 +54,8 @@ enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
  * The hidden error is over- or underestimated for much the same reasons at all looks of a run, so its part of the
  * interval does not widen with their number. The squared hidden error is taken to be at least HIDDEN_LEAST and at most
  * HIDDEN_MOST times its estimate. With these bounds, of 2304 runs of 400 pictures of discs, needles and hairs, 0.04 to
- * 2 pixels wide, 11 had an error below their interval and 24 had one above it. With bounds of half these logarithms the
- * numbers were 32 and 24, with bounds of twice these logarithms 8 and 22 (make bench-error ERROR_SECTIONS=fields).
+ * 2 pixels wide, 10 had an error below their interval and 25 had one above it. With bounds of half these logarithms the
+ * numbers were 26 and 25, with bounds of twice these logarithms 8 and 23 (make bench-error ERROR_SECTIONS=fields).
  * Errors above the interval hardly depend on the bounds: in these runs something is hit that is unlike anything before.
  *
  * The carried error can be overestimated by as much. It is overestimated where later samples of a pixel make up for

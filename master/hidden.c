@@ -181,8 +181,11 @@ void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, 
     if (hidden->state[pixel] == WARNED) hidden->state[pixel] = OPEN;
     if (!is_left(hidden, pixel)) return;
     double predicted = (double)hidden->state[pixel], much = SURPRISE * predicted * predicted;
-    double of_mean = squared((double)before->spread) / now->levels->samples[before->level];
-    bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by chance */
+    /* Halves may agree by chance, so the spread counts as well. It is about the squared error of one sample. Of that as
+     * much is taken to be left as the prediction assumes: 1 / n^3/2. With 1 / n, which is left of it where samples are
+     * random, from some hundred samples on all edges would seem to have met something. */
+    double by_spread = squared((double)before->spread) / now->levels->power[before->level];
+    bool met = fmax(own_error(before->difference), by_spread) > much;
     hidden->left[before->level]++;
     hidden->state[pixel] = met ? MET : OPEN;
     if (met) {

@@ -267,13 +267,47 @@ static void test_luck_does_not_matter(void **state)
     if (!(fabs(ratio - 1) < 0.08)) fail_msg("estimated %g of the error", ratio);
 }
 
+/* Circles that get as fine as the pixels: smooth in all of them, so that halves of many samples hardly differ. */
+static double circles(double x, double y)
+{
+    return 0.5 + 0.4 * cos((pow(x - 30, 2) + pow(y - 30, 2)) / 40);
+}
+
+/* The largest estimate of a run, divided by the true error. */
+struct excess {
+    const double *truth;
+    double most;
+};
+
+static void see_excess(const struct result *result, void *context)
+{
+    struct excess *excess = context;
+    excess->most = fmax(excess->most, result->estimated / true_error(result, excess->truth));
+}
+
+/* Where pixels have hundreds of samples, patterns as fine as the pixels are not taken for things that were met by
+ * chance. */
+static void test_fine_patterns(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 4096);
+    static double truth[PIXELS];
+    struct excess excess = {.truth = truth};
+    struct result result;
+    find_truth(circles, 64, truth);
+    run_seen(&result, circles, &view, 0.00125, see_excess, &excess);
+    assert_true(result.high <= 0.00125);
+    if (!(excess.most < 1.2)) fail_msg("estimated %g times the error", excess.most);
+    if (!(result.samples < 100)) fail_msg("%g samples", result.samples);
+    drop(&result);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_targets_are_met),
-        cmocka_unit_test(test_hidden_errors_count),
-        cmocka_unit_test(test_intervals_of_hairs),
-        cmocka_unit_test(test_luck_does_not_matter),
+        cmocka_unit_test(test_targets_are_met),    cmocka_unit_test(test_hidden_errors_count),
+        cmocka_unit_test(test_intervals_of_hairs), cmocka_unit_test(test_luck_does_not_matter),
+        cmocka_unit_test(test_fine_patterns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -253,6 +253,34 @@ static void test_warned(void **state)
     field_free(field);
 }
 
+/* Whether a pixel whose halves agree is taken to have met something, which is why it is no longer open. spread: how
+ * much its samples' variance exceeds the squared error of one sample that its neighbourhood predicts. */
+static bool has_met(uint8_t level, double spread)
+{
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    const size_t at = 10 * EDGE + 10;
+    const double of_one = 0.01;
+    tell(field, at, level);
+    field->spread[at] = (float)sqrt(spread * of_one);
+    hidden_leave(hidden, at, (float)sqrt(of_one / field->levels.power[level]));
+    refine(field, hidden, at, (uint8_t)(level + 1));
+    bool met = !hidden_is_open(hidden, at);
+    hidden_destroy(hidden);
+    field_free(field);
+    return met;
+}
+
+/* How large a spread is a surprise does not depend on the number of samples. */
+static void test_spread_of_many_samples(void **state)
+{
+    (void)state;
+    for (uint8_t level = 1; level < 10; level++) {
+        assert_false(has_met(level, 5));
+        assert_true(has_met(level, 12));
+    }
+}
+
 /* By chance the first samples may seem to have missed less than nothing; the whole error is never below 0. */
 static void test_never_below_0(void **state)
 {
@@ -337,6 +365,7 @@ int main(void)
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_found_stays),
         cmocka_unit_test(test_warned),
+        cmocka_unit_test(test_spread_of_many_samples),
         cmocka_unit_test(test_never_below_0),
         cmocka_unit_test(test_sums_are_joined),
         cmocka_unit_test(test_strange_neighbour),
