@@ -28,7 +28,8 @@
 size_t adaptive_pixel_bytes(void)
 {
     const struct pass *pass = NULL;
-    return statistics_pixel_bytes() + pixel_errors_bytes() + sizeof *pass->next;
+    return statistics_pixel_bytes() + pixel_errors_bytes() + pass_cost_pixel_bytes() +
+           sizeof *pass->next;
 }
 
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
@@ -39,6 +40,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->target = target;
     statistics_init(&adaptive->statistics, view, canvas);
     effort_init(&adaptive->effort, &adaptive->statistics.levels);
+    adaptive->cost = pass_cost_create(canvas->width, canvas->height);
     adaptive->pass.next = memset(allocate_large(pixels), 1, pixels);
     pixel_errors_init(&adaptive->errors, &adaptive->statistics);
     pass_begin(&adaptive->pass, true, 0, pixels);
@@ -50,6 +52,7 @@ void adaptive_destroy(struct adaptive *adaptive)
     if (!adaptive) return;
     pixel_errors_free(&adaptive->errors);
     free(adaptive->pass.next);
+    pass_cost_destroy(adaptive->cost);
     statistics_free(&adaptive->statistics);
     free(adaptive);
 }
@@ -100,6 +103,7 @@ static bool plan_levels(struct adaptive *adaptive, double limit)
     adaptive->pass.asked = refined.pixels;
     if (refined.pixels == 0) return false;
     promise_make(&adaptive->promise, squares, refined.left);
+    pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->crew);
     pass_begin(&adaptive->pass, false, limit, refined.pixels);
     return true;
 }
@@ -232,6 +236,12 @@ const uint8_t *adaptive_levels(const struct adaptive *adaptive)
     return adaptive->statistics.level;
 }
 
+struct tile adaptive_whole(const struct adaptive *adaptive)
+{
+    const struct canvas *canvas = adaptive->statistics.canvas;
+    return (struct tile){.w = canvas->width, .h = canvas->height, .step = 1};
+}
+
 uint64_t adaptive_unsampled(const struct adaptive *adaptive)
 {
     return adaptive->statistics.unsampled;
@@ -240,4 +250,9 @@ uint64_t adaptive_unsampled(const struct adaptive *adaptive)
 double adaptive_seconds(const struct adaptive *adaptive)
 {
     return effort_first_seconds(&adaptive->effort) + effort_later_seconds(&adaptive->effort);
+}
+
+double adaptive_first_seconds(const struct adaptive *adaptive)
+{
+    return effort_first_seconds(&adaptive->effort);
 }

@@ -110,6 +110,9 @@ double adaptive_limit(const struct adaptive *adaptive);
 /* The level of each pixel of the canvas (common/refinement.h), 0: no samples. It is valid until samples come in. */
 const uint8_t *adaptive_levels(const struct adaptive *adaptive);
 
+/* All of the picture. */
+struct tile adaptive_whole(const struct adaptive *adaptive);
+
 /* How many pixels have no samples. */
 uint64_t adaptive_unsampled(const struct adaptive *adaptive);
 
@@ -131,6 +134,10 @@ struct adaptive_work {
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 
+/* The CPU seconds that the present pass is predicted to take in a tile, from those that rays have taken there so far. 0:
+ * none, or not known, as in passes of first samples. Takes as long for a tile of any size. */
+double adaptive_work_seconds(const struct adaptive *adaptive, const struct tile *tile);
+
 /* Sets what the pass adds to each pixel of a tile, in the tile's order. */
 void adaptive_refinements(const struct adaptive *adaptive, const struct tile *tile,
                           struct refinement *refinements);
@@ -143,8 +150,9 @@ void adaptive_refinements(const struct adaptive *adaptive, const struct tile *ti
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds);
 
-/* CPU seconds that all samples so far took to render, as passed to adaptive_put(). */
+/* CPU seconds that all samples so far took to render, as passed to adaptive_put(); those of first samples alone. */
 double adaptive_seconds(const struct adaptive *adaptive);
+double adaptive_first_seconds(const struct adaptive *adaptive);
 
 /*
  * Predicts a run that ends with the error rmse and takes, in a single pass after pass 0, all samples that the rule asks

@@ -8,6 +8,7 @@
  *   refine.h          passes for pixels that have some
  *   promise.h         how well passes have kept what was promised
  *   pixel_errors.h    errors of pixels
+ *   pass_cost.h       what a pass takes in each part of the picture
  *   effort.h          what samples cost
  *   statistics.h      means, halves and spreads of each pixel's samples
  */
@@ -16,6 +17,7 @@
 
 #include "master/adaptive.h"
 #include "master/effort.h"
+#include "master/pass_cost.h"
 #include "master/pixel_errors.h"
 #include "master/promise.h"
 #include "master/statistics.h"
@@ -33,6 +35,7 @@ struct pass {
 struct adaptive {
     struct statistics statistics;
     struct effort effort;
+    struct pass_cost *cost; /* owned */
     struct pixel_errors errors;
     struct promise promise;
     struct pass pass;

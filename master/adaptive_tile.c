@@ -70,6 +70,11 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
     return work;
 }
 
+double adaptive_work_seconds(const struct adaptive *adaptive, const struct tile *tile)
+{
+    return pass_cost_of(adaptive->cost, tile);
+}
+
 void adaptive_refinements(const struct adaptive *adaptive, const struct tile *tile,
                           struct refinement *refinements)
 {
@@ -123,6 +128,7 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
     at.spread = at.difference + 3 * in;
     at.rays = at.spread + in;
     effort_add_seconds(&adaptive->effort, adaptive->pass.is_first, seconds);
+    pass_cost_took(adaptive->cost, tile, seconds);
     uint32_t pixels = tile_pixels(tile);
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {

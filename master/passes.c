@@ -3,28 +3,9 @@
 #include <math.h>
 
 #include "common/clock.h"
-#include "common/whole.h"
 #include "master/image_file.h"
+#include "master/pass_tiles.h"
 #include "master/server.h"
-
-/* Largest edge of the tiles of a later pass. A few of its pixels get as many samples in a late pass as a small
- * tile gets in pass 0, and rays are faster the more of them are traced together. */
-#define PASS_EDGE 128u
-
-/* Adds a tile of the pass to the queue, unless no pixel of it gets samples. */
-static void add_work(struct server *server, struct tile tile)
-{
-    struct service *service = server->service;
-    struct adaptive_work work = adaptive_work(service->adaptive, &tile);
-    if (work.samples == 0) return;
-    /* Predicted from what all of its pixels cost in pass 0. */
-    double first = (double)tile_pixels(&tile) * service->first_samples;
-    double cost = queue_work(service->queue, &tile) * work.samples / first;
-    /* How much first samples lower the error is not known: expensive ones go first, as in pass 0. */
-    double priority = adaptive_is_first(service->adaptive) ? cost / work.samples
-                                                           : work.removed / fmax(cost, 1e-300);
-    queue_add(service->queue, &tile, cost, priority);
-}
 
 /*
  * The part of the remaining time that a pass is to take at most. For the first pass after pass 0 it is known
@@ -171,23 +152,12 @@ static void cut_when_late(struct server *server)
 static void begin_pass(struct server *server)
 {
     struct service *service = server->service;
-    const struct canvas *canvas = service->canvas;
     /* A pass that an earlier run has begun is planned already. */
     if (adaptive_is_complete(service->adaptive))
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
     if (server->last_pass) return;
     server->tiles_before = queue_count(service->queue).tiles;
-    uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
-    while (edge * edge > largest)
-        edge /= 2;
-    struct tile tile = {.step = 1, .pass = adaptive_passes(service->adaptive) - 1};
-    for (tile.y = 0; tile.y < canvas->height; tile.y += edge) {
-        for (tile.x = 0; tile.x < canvas->width; tile.x += edge) {
-            tile.w = smaller(canvas->width - tile.x, edge);
-            tile.h = smaller(canvas->height - tile.y, edge);
-            add_work(server, tile);
-        }
-    }
+    pass_tiles_add(service->queue, service->adaptive, service->first_samples);
 }
 
 /* Whether to measure again how long writing takes: after pass 0, and when all pixels have samples. */

@@ -9,6 +9,7 @@
 #include "master/journal.h"
 #include "master/late_note.h"
 #include "master/output_file.h"
+#include "master/pass_tiles.h"
 #include "master/run.h"
 #include "master/start_times.h"
 #include "master/timeline_output.h"
@@ -218,6 +219,7 @@ static int open_rendering(struct run *run, const struct view *view, const struct
 {
     const struct settings *settings = &run->job.settings;
     make_room(run, view);
+    if (run->adaptive) pass_tiles_tell_work(run->queue, run->adaptive);
     double start = clock_wall();
     bool opened = open_save(run, block);
     run->report.time.resume = clock_wall() - start;

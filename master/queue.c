@@ -16,8 +16,7 @@ struct tile queue_tile_of(const struct queue *queue, uint32_t id)
     if (item->pass == TILE_PROBE)
         tile = cost_probe(&queue->map, id - queue->first_probe);
     else
-        tile = (struct tile){
-            .x = item->x, .y = item->y, .w = item->w, .h = item->h, .step = 1, .pass = item->pass};
+        tile = item_tile(item);
     tile.id = id;
     return tile;
 }
@@ -315,6 +314,12 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
     queue->count.tiles++;
     queue->news++;
     return id;
+}
+
+void queue_set_part_work(struct queue *queue, queue_part_work *part_work, const void *state)
+{
+    queue->part_work = part_work;
+    queue->part_state = state;
 }
 
 double queue_work(const struct queue *queue, const struct tile *tile)

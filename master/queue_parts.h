@@ -106,6 +106,8 @@ struct queue {
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
+    queue_part_work *part_work; /* see queue_set_part_work() */
+    const void *part_state;
     double retry; /* when an idle renderer should ask again; HUGE_VAL: no such time */
     struct queue_count count;
     uint32_t largest;
@@ -114,6 +116,13 @@ struct queue {
 static inline uint64_t area(const struct item *item)
 {
     return (uint64_t)item->w * item->h;
+}
+
+/* The tile, which is no probe; its id is left to the caller. */
+static inline struct tile item_tile(const struct item *item)
+{
+    return (struct tile){
+        .x = item->x, .y = item->y, .w = item->w, .h = item->h, .step = 1, .pass = item->pass};
 }
 
 /* Whether the tile is part of the picture: no probe, no piece, and not replaced. */
@@ -191,6 +200,10 @@ void predictions_settle(struct queue *queue, double now);
  * work. */
 void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
                        double seconds, double predicted);
+
+/* The share of the work of two tiles, 0..1, that is predicted to be in the first one. */
+double predictions_share(const struct queue *queue, const struct item *part,
+                         const struct item *rest);
 
 /* ---- how large a tile may be ---- */
 

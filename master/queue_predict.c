@@ -14,6 +14,24 @@ static double priority_of(const struct item *item, struct cost cost)
     return half_octave_below(cost.worst / (double)area(item));
 }
 
+/* What a tile of a later pass, or a part of one, is predicted to take, as the pass has told; 0: it has not. */
+static double work_in_pass(const struct queue *queue, const struct item *item)
+{
+    struct tile tile = item_tile(item);
+    if (item->pass == 0 || !queue->part_work) return 0;
+    return queue->part_work(queue->part_state, &tile);
+}
+
+double predictions_share(const struct queue *queue, const struct item *part,
+                         const struct item *rest)
+{
+    double a = work_in_pass(queue, part), b = work_in_pass(queue, rest);
+    if (a + b > 0) return a / (a + b);
+    a = cost_predict(&queue->map, part->x, part->y, part->w, part->h).work;
+    b = cost_predict(&queue->map, rest->x, rest->y, rest->w, rest->h).work;
+    return a + b > 0 ? a / (a + b) : 0.5;
+}
+
 /* The tile's work relative to what the map predicts; until it is settled, the map says 1 for every pixel. */
 static double work_ratio(const struct queue *queue, const struct item *item)
 {

@@ -55,9 +55,7 @@ void split_tile(struct queue *queue, uint32_t id)
         rest.y += half.h;
         rest.h -= half.h;
     }
-    double a = cost_predict(&queue->map, half.x, half.y, half.w, half.h).work;
-    double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
-    double part = a + b > 0 ? a / (a + b) : 0.5;
+    double part = predictions_share(queue, &half, &rest);
     queue_uncount_waiting(queue, id);
     queue_uncount_outlook(queue, id);
     rest.worst = (float)((double)half.worst * (1 - part));

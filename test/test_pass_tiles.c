@@ -1,0 +1,113 @@
+/* The tiles of a later pass in the queue: what they are predicted to cost, also when they are split, and their order. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/pass_tiles.h"
+#include "master/queue_parts.h"
+#include "test/adaptive_by_hand_fixture.h"
+
+static const struct queue_config config = {
+    .width = WIDE, .height = HIGH, .renderers = 4, .tile_edge = 4};
+
+/* Pass 0 is in: so many rays per sample in the left half and in the right one, each half has taken as many seconds.
+ * Halves of pixels differ in the columns from `from` on alone. */
+static struct adaptive *begin(struct canvas *canvas, uint32_t from, float in_left, float in_right)
+{
+    struct view view = view_of(4, 1024);
+    canvas_init(canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, canvas, 1e-3);
+    for (uint32_t x = 0; x < WIDE; x++)
+        put(adaptive, columns(x, 1),
+            (struct sent){0.5f, 0, x < from ? 0 : APART, {in_left, in_right}},
+            (double)(x < WIDE / 2 ? in_left : in_right) / (WIDE / 2));
+    return adaptive;
+}
+
+static double work_of(const struct queue *queue, uint32_t id)
+{
+    return (double)queue->items[id].work;
+}
+
+/* All that is asked for is in the queue. Its work is predicted from the seconds of pass 0, not from pixels: all pixels
+ * get as many samples again, but those on the right take three times as long. A tile that is split has that work in its
+ * parts. */
+static void test_work(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct adaptive *adaptive = begin(&canvas, 0, 1, 3);
+    struct queue *queue = queue_create(&config);
+    pass_tiles_tell_work(queue, adaptive);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    double samples = adaptive_work(adaptive, &all).samples / (4 * ALL);
+    uint32_t first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 3); /* of 8 x 8 pixels */
+    /* Without probes the work of pass 0 is its pixels: 4 s of them. */
+    double second = samples * ALL / 4;
+    assert_true(fabs(work_of(queue, first) - second * 8 / 12) < 1e-3);
+    assert_true(fabs(work_of(queue, first + 1) - second * (4 + 4 * 3) / 12) < 1e-3);
+    assert_true(fabs(work_of(queue, first + 2) - second * 8 * 3 / 12) < 1e-3);
+    split_tile(queue, first + 1);
+    assert_true(fabs(work_of(queue, first + 1) - second * 4 / 12) < 1e-3);
+    assert_true(fabs(work_of(queue, first + 3) - second * 4 * 3 / 12) < 1e-3);
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Of two tiles that are expected to become better by as much, the one that takes less time goes first. */
+static void test_order(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct adaptive *adaptive = begin(&canvas, 0, 3, 1);
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    for (uint32_t count, i = 0; (count = queue_next(queue, i, 0, lot)) > 0; i = (i + 1) % 4)
+        for (uint32_t k = 0; k < count; k++)
+            queue_finish(queue, i, lot[k].id, 1e-3, 1e-3);
+    assert_true(queue_complete(queue));
+    pass_tiles_add(queue, adaptive, 4);
+    assert_true(queue_next(queue, 0, 2e-3, lot) > 0);
+    assert_int_equal(lot[0].x, 16);
+    assert_int_equal(lot[0].pass, 1);
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Tiles in which nothing is asked for are left out. */
+static void test_nothing_to_do(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct adaptive *adaptive = begin(&canvas, 20, 1, 1);
+    struct queue *queue = queue_create(&config);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    const struct tile rest = {.w = 16, .h = HIGH, .step = 1};
+    uint32_t first = queue->item_count;
+    assert_true(adaptive_work(adaptive, &rest).samples == 0);
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 1);
+    assert_int_equal(queue->items[first].x, 16);
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_work),
+        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_nothing_to_do),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
