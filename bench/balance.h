@@ -76,6 +76,7 @@ void section_figures(FILE *out);
 void section_static(FILE *out);
 void section_real(FILE *out);
 void section_model(FILE *out);
+void section_adaptive(FILE *out);
 void section_plan(FILE *out);
 void section_marks(FILE *out);
 

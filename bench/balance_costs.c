@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "bench/balance_costs_parts.h"
+#include "bench/balance_record.h"
 #include "bench/balance_trace.h"
 #include "common/message.h"
 #include "common/whole.h"
@@ -250,6 +251,7 @@ double costs_of(const struct picture_costs *view, const struct tile *tile)
     double seen = view->run ? run_costs_of(view->run, tile) : -1;
     if (seen >= 0) return seen;
     if (tile->pass == TILE_PROBE) return cost_of_probes(view, tile);
+    if (view->record) return view->map->fixed + record_seconds(view->record, tile);
     return (view->apart_ratio > 0 ? view->apart_ratio : 1) * cost_together(view, tile);
 }
 

@@ -71,6 +71,7 @@ bool costs_read(struct tile_costs *map, const char *path);
  * measured pixel stands for scale x scale pixels. With scale 1 and the measured samples it is the map itself.
  */
 struct run_costs;
+struct record;
 struct picture_costs {
     const struct tile_costs *map;
     const struct tile_costs *single; /* the same picture with one sample per pixel: for probes */
@@ -80,6 +81,8 @@ struct picture_costs {
     double apart_ratio;
     /* Not NULL: costs are those of this run, whose map it is then; scale is 1, top 0. */
     const struct run_costs *run;
+    /* Not NULL: costs are those of this adaptive run but for probes; scale is 1, top 0. */
+    const struct record *record;
 };
 
 /* Seconds that a processor of speed 1 needs for the tile, which may be a probe tile. */

@@ -5,58 +5,10 @@
 
 #include "bench/balance_costs.h"
 #include "bench/balance_costs_parts.h"
+#include "bench/balance_stage.h"
 #include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
-#include "master/load.h"
-#include "worker/bvh.h"
-#include "worker/render.h"
-
-/* ---- the scene ---- */
-
-/* The scene at this size, uniformly sampled regardless of its settings; the caller frees it. */
-static struct scene *load_scene(const char *config, uint32_t width, uint32_t height,
-                                uint32_t samples)
-{
-    char *overrides[] = {format_text("image.width=%u", width),
-                         format_text("image.height=%u", height),
-                         format_text("sampling.samples=%u", samples),
-                         copy_text("sampling.target_error=0"), copy_text("sampling.time_limit=0")};
-    const int count = sizeof overrides / sizeof *overrides;
-    struct job job;
-    if (!load_job(config, overrides, count, REACH_FOLDER, &job)) fatal("cannot load %s", config);
-    for (int i = 0; i < count; i++)
-        free(overrides[i]);
-    struct view view = settings_view(&job.settings);
-    struct scene *scene = builder_finish(job.builder, &view);
-    job_free(&job);
-    return scene;
-}
-
-/* A renderer for the scene, and what it needs. */
-struct cost_stage {
-    struct scene *scene;
-    void *bvh;
-    struct renderer *renderer;
-};
-
-static void open_stage(struct cost_stage *stage, const char *config, uint32_t width,
-                       uint32_t height, uint32_t samples)
-{
-    stage->scene = load_scene(config, width, height, samples);
-    size_t bytes = bvh_bytes_bound(stage->scene);
-    stage->bvh = aligned_alloc(BVH_ALIGNMENT, bytes);
-    if (!stage->bvh) fatal("out of memory");
-    bvh_build(stage->scene, stage->bvh, 1);
-    stage->renderer = renderer_create(stage->scene, stage->bvh);
-}
-
-static void close_stage(struct cost_stage *stage)
-{
-    renderer_destroy(stage->renderer);
-    free(stage->bvh);
-    free(stage->scene);
-}
 
 /* ---- measuring ---- */
 
@@ -211,16 +163,20 @@ static void compare_shares(struct tile_costs *map, const struct rounds *rounds)
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
                    uint32_t samples, unsigned rounds, uint64_t renderers)
 {
-    struct cost_stage stage;
+    struct stage stage;
     struct rounds all = {
         .count = rounds, .clock = clock_cost(), .renderers = renderers & APART_ALL};
     all.shares = allocate_zeroed((size_t)SHARES * rounds, sizeof *all.shares);
-    open_stage(&stage, config, width, height, samples);
+    /* Uniformly sampled, whatever the scene says. */
+    char *count = format_text("sampling.samples=%u", samples);
+    stage_open(&stage, config, width, height,
+               (char *[]){count, "sampling.target_error=0", "sampling.time_limit=0"}, 3);
+    free(count);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
     float *rgb = allocate(3 * (size_t)width * height, sizeof *rgb);
     measure_levels(&(struct cost_target){map, stage.renderer, rgb}, &all, config);
     free(rgb);
-    close_stage(&stage);
+    stage_close(&stage);
     costs_derive(map);
     compare_shares(map, &all);
     free(all.shares);

@@ -67,7 +67,10 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
                                          costs->samples, machine, shares ? &crowd : NULL);
     struct picture_costs own = *costs;
     own.apart_ratio = costs_apart_ratio(costs->map, schedules[schedule], machine->renderers);
-    simulate(machine, queue, &own, outcome);
+    struct machine with_passes = *machine;
+    if (costs->record) with_passes.passes = sim_passes_begin(costs->record, queue);
+    simulate(&with_passes, queue, &own, outcome);
+    if (costs->record) sim_passes_end(with_passes.passes);
     queue_destroy(queue);
     crowd_free(&crowd);
 }

@@ -24,6 +24,8 @@ static const struct section {
      section_real},
     {"model", "the simulated farm against real runs", "The simulated farm against the real one",
      section_model},
+    {"adaptive", "adaptive runs, simulated on up to 44 processors", "Adaptive runs",
+     section_adaptive},
     {"plan", "farms of up to 100,000 renderers, simulated", "Farms that are not here",
      section_plan},
     {"marks", "what is asked for, and whether it was reached (always made)", "The marks",

@@ -52,6 +52,28 @@ static void lot_arrives(struct sim *sim, const struct event *event)
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 
+/* All tiles are in: plans the next pass, which all cores of the node take part in; returns whether there is one. */
+static bool plan_pass(struct sim *sim)
+{
+    const struct machine *machine = sim->machine;
+    double plan_s;
+    if (sim->plans) return true;
+    if (!machine->passes || !sim_passes_plan(machine->passes, &plan_s)) return false;
+    plan_s /= machine->renderers;
+    sim->plans = true;
+    sim->outcome->plans_s += plan_s;
+    sim_at(sim, sim->now + plan_s, EVENT_PASS, 0, NULL);
+    return true;
+}
+
+static void begin_pass(struct sim *sim)
+{
+    sim->plans = false;
+    sim_passes_add(sim->machine->passes);
+    if (sim->machine->master_renders) take_own(sim);
+    hand_out_to(sim, true);
+}
+
 static void happen(struct sim *sim, const struct event *event)
 {
     switch (event->kind) {
@@ -85,6 +107,9 @@ static void happen(struct sim *sim, const struct event *event)
     case EVENT_LOOK:
         sim_look(sim);
         break;
+    case EVENT_PASS:
+        begin_pass(sim);
+        break;
     case EVENT_CORE:
         cores_look(sim, event->who, event->number);
         break;
@@ -95,8 +120,9 @@ static void happen(struct sim *sim, const struct event *event)
 
 static bool step(struct sim *sim)
 {
+    if (queue_complete(sim->queue) && !plan_pass(sim)) return false;
     const struct event *done = events_first(&sim->done), *next = events_first(&sim->wall);
-    if ((!done && !next) || queue_complete(sim->queue)) return false;
+    if (!done && !next) return false;
     if (next && (!done || next->time <= done->time)) {
         struct event event = events_take(&sim->wall);
         sim->now = event.time;
@@ -121,7 +147,7 @@ static void give_up(struct sim *sim)
     events_free(&sim->done);
     events_free(&sim->wall);
     free(sim->letters);
-    free(sim->kept_s);
+    free(sim->kept);
     free(sim->renderers);
     cores_free(sim);
 }

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "bench/balance_costs.h"
+#include "bench/balance_passes.h"
 #include "master/queue.h"
 
 /* Costs of messages, in seconds: see bench/balance_messages.c. */
@@ -44,6 +45,7 @@ struct machine {
     bool rings;
     const double *starts; /* per renderer: when it reports for work; NULL: all at the start */
     struct message_costs messages;
+    struct sim_passes *passes; /* of an adaptive run; NULL: of another one */
 };
 
 struct sim_renderer {
@@ -59,6 +61,7 @@ struct sim_outcome {
     double useful_s;                /* seconds of the tiles that count on a processor of speed 1 */
     double master_s;                /* seconds that the master was serving */
     uint64_t messages;              /* results that came in MPI messages */
+    double plans_s;                 /* wall seconds in which passes were planned */
     uint32_t tiles, repeated;       /* see struct queue_count */
     struct sim_renderer *renderers; /* owned */
 };

@@ -10,8 +10,15 @@ static double pixels_of(const struct part *parts)
 {
     double pixels = 0;
     for (const struct part *part = parts; part; part = part->next)
-        if (!part->dropped) pixels += tile_pixels(&part->tile);
+        if (!part->dropped) pixels += part->pixels;
     return pixels;
+}
+
+double put_seconds(const struct sim *sim, const struct part *part)
+{
+    const struct sim_passes *passes = sim->machine->passes;
+    if (!passes || part->dropped || part->tile.pass == TILE_PROBE) return 0;
+    return sim_passes_record(passes)->put_s[part->tile.pass > 0] * part->pixels;
 }
 
 /* The master's seconds for a result; its event says whether it is in a tray. */
@@ -23,8 +30,8 @@ static double service_time(const struct sim *sim, const struct event *letter)
     double span = in_tray ? costs->tray_s + pixels_of(parts) * costs->tray_pixel_s
                           : costs->service_s + pixels_of(parts) * costs->service_pixel_s;
     for (const struct part *part = parts; part; part = part->next)
-        span += costs->service_tile_s;
-    if (!in_tray && bytes_of(parts) > RESULT_SHORT) span += costs->fetch_s;
+        span += costs->service_tile_s + put_seconds(sim, part);
+    if (!in_tray && bytes_of(sim, parts) > RESULT_SHORT) span += costs->fetch_s;
     return span;
 }
 

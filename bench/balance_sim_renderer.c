@@ -43,6 +43,7 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 {
     part->cost_s = costs_of(sim->costs, &part->tile);
     double span = (part->cost_s + sim->machine->messages.tile_s) / speed_of(sim, who);
+    if (is_own(sim, who)) span += put_seconds(sim, part);
     struct event done = {.time = sim->now + span, .who = who, .what = part};
     part->begun_s = sim->cores ? (double)NAN : sim->now;
     part->working = true;
@@ -66,18 +67,18 @@ static void call_for_more(struct sim *sim, uint32_t who, struct lot *lot)
     sim_ring(sim);
 }
 
-static size_t part_bytes(const struct part *part)
+static size_t part_bytes(const struct sim *sim, const struct part *part)
 {
     return part->dropped ? sizeof(struct result_header)
-                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
+                         : result_bytes(&part->tile, part->pixels, sim->machine->passes != NULL);
 }
 
 /* Bytes of the result of all that is left of the lot. */
-static size_t whole_bytes(const struct lot *lot)
+static size_t whole_bytes(const struct sim *sim, const struct lot *lot)
 {
     size_t bytes = 0;
     for (uint32_t i = lot->begun; i < lot->count; i++)
-        bytes += part_bytes(&lot->parts[i]);
+        bytes += part_bytes(sim, &lot->parts[i]);
     return bytes;
 }
 
@@ -85,7 +86,7 @@ static size_t whole_bytes(const struct lot *lot)
 static void open_result(struct sim *sim, uint32_t who, struct lot *lot)
 {
     lot->opened = true;
-    lot->whole = whole_bytes(lot);
+    lot->whole = whole_bytes(sim, lot);
     lot->in_tray = sim->machine->rings && lot->whole <= TRAY_RESULT_BYTES &&
                    sim->renderers[who].full < TRAY_SLOTS;
 }
@@ -129,12 +130,18 @@ void sim_hold(struct sim *sim, uint32_t who, struct lot *lot)
     go_on(sim, who);
 }
 
-size_t bytes_of(const struct part *parts)
+size_t bytes_of(const struct sim *sim, const struct part *parts)
 {
     size_t bytes = 0;
     for (const struct part *part = parts; part; part = part->next)
-        bytes += part_bytes(part);
+        bytes += part_bytes(sim, part);
     return bytes;
+}
+
+static uint32_t pixels_in(const struct sim *sim, const struct tile *tile)
+{
+    struct sim_passes *passes = sim->machine->passes;
+    return passes && tile->pass != TILE_PROBE ? sim_passes_pixels(passes, tile) : tile_pixels(tile);
 }
 
 struct lot *next_lot(struct sim *sim, uint32_t who)
@@ -153,8 +160,10 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     sim->lots = lot;
     lot->last = &lot->ready;
     for (uint32_t i = 0; i < count; i++)
-        lot->parts[i] = (struct part){
-            .tile = tiles[i], .lot = lot, .tell_s = told > 0 ? (double)tell_s[i] : HUGE_VAL};
+        lot->parts[i] = (struct part){.tile = tiles[i],
+                                      .pixels = pixels_in(sim, &tiles[i]),
+                                      .lot = lot,
+                                      .tell_s = told > 0 ? (double)tell_s[i] : HUGE_VAL};
     return lot;
 }
 
@@ -203,9 +212,17 @@ static void keep_piece(struct sim *sim, const struct part *part)
     uint32_t id = part->tile.id;
     if (id >= sim->kept_room) {
         sim->kept_room = 2 * (id + 1);
-        sim->kept_s = reallocate(sim->kept_s, sim->kept_room, sizeof *sim->kept_s);
+        sim->kept = reallocate(sim->kept, sim->kept_room, sizeof *sim->kept);
     }
-    sim->kept_s[id] = part->cost_s;
+    sim->kept[id] = (struct kept){part->tile, part->cost_s, part->cpu_s};
+}
+
+/* A tile counts. */
+static void count_tile(struct sim *sim, const struct kept *it)
+{
+    sim->outcome->useful_s += it->cost_s;
+    if (sim->machine->passes && it->tile.pass != TILE_PROBE)
+        sim_passes_put(sim->machine->passes, &it->tile, it->cpu_s);
 }
 
 void accept_part(struct sim *sim, uint32_t who, struct part *part)
@@ -227,12 +244,12 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     enum answer answer = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
     struct fate fate;
     bool any = answer == ANSWER_COUNTS;
-    if (any) sim->outcome->useful_s += part->cost_s;
+    if (any) count_tile(sim, &(struct kept){part->tile, part->cost_s, part->cpu_s});
     if (answer == ANSWER_KEPT) keep_piece(sim, part);
     while (queue_fate(sim->queue, &fate)) {
         if (!fate.counts) continue;
         if (fate.id >= sim->kept_room) fatal("the queue tells of a piece that was never back");
-        sim->outcome->useful_s += sim->kept_s[fate.id];
+        count_tile(sim, &sim->kept[fate.id]);
         any = true;
     }
     if (any) sim->outcome->render_s = sim->now;
@@ -242,7 +259,7 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
 static void send_ready(struct sim *sim, uint32_t who, struct lot *lot, bool in_tray)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double bytes = in_tray ? 0 : (double)bytes_of(lot->ready);
+    double bytes = in_tray ? 0 : (double)bytes_of(sim, lot->ready);
     double span = costs->send_s + costs->latency_s + bytes * costs->byte_s;
     struct renderer *renderer = &sim->renderers[who];
     renderer->arrived_s = fmax(renderer->arrived_s, sim->now + span);
@@ -293,9 +310,9 @@ static void put_away(struct renderer *renderer, const struct lot *lot)
 static bool answers(const struct sim *sim, const struct lot *lot)
 {
     if (sim->now >= lot->answered + lot->answer_s) return true;
-    size_t ready = bytes_of(lot->ready);
+    size_t ready = bytes_of(sim, lot->ready);
     return lot->begun < lot->count && !lot->in_tray &&
-           result_is_full(lot->whole, ready, ready + part_bytes(&lot->parts[lot->begun]));
+           result_is_full(lot->whole, ready, ready + part_bytes(sim, &lot->parts[lot->begun]));
 }
 
 /* Handles a part that is finished or dropped. Rank 0's are handed in one by one. */

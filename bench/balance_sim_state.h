@@ -25,11 +25,13 @@ enum {
     EVENT_CHECK,
     EVENT_LOOK,
     EVENT_CORE,
+    EVENT_PASS,
     EVENT_OWN
 };
 
 struct part {
     struct tile tile;
+    uint32_t pixels; /* that its result has */
     struct lot *lot;
     struct part *next;       /* next part of the same answer */
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and how long it took */
@@ -90,6 +92,11 @@ struct core {
     uint32_t turn;       /* number of its last event; earlier ones are void */
 };
 
+struct kept {
+    struct tile tile;
+    double cost_s, cpu_s;
+};
+
 struct sim {
     const struct machine *machine;
     struct queue *queue;
@@ -104,7 +111,7 @@ struct sim {
     struct events wall;   /* everything else */
     struct nap own_nap;   /* naps of rank 0's renderer */
     struct lot *lots;     /* all lots that are not accepted yet */
-    double *kept_s;       /* by id: cost_s of pieces that are back and may count */
+    struct kept *kept;    /* by id: pieces that are back and may count */
     uint32_t kept_room;
 
     /* The master. */
@@ -115,6 +122,7 @@ struct sim {
     struct nap nap; /* its first nap since idle_since */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
+    bool plans;            /* a pass is being planned */
     struct event *letters; /* results that have arrived and wait: a ring buffer */
     size_t first, letter_count, letter_room;
 };
@@ -188,7 +196,7 @@ void sim_stop(struct sim *sim, uint32_t who);
 void accept_part(struct sim *sim, uint32_t who, struct part *part);
 
 /* Bytes of a result of these parts. */
-size_t bytes_of(const struct part *parts);
+size_t bytes_of(const struct sim *sim, const struct part *parts);
 
 /* A part has been accepted; with the last one the lot is freed. */
 void forget_part(struct sim *sim, struct lot *lot);
@@ -211,6 +219,9 @@ double sim_master_hears(const struct sim *sim);
 /* A renderer has no lot in reserve, or none at all: it wakes the master, if it can. */
 void sim_ring(struct sim *sim);
 void sim_look(struct sim *sim);
+
+/* The seconds of storing the samples of an adaptive run, beside those of passing them on; 0 in other runs. */
+double put_seconds(const struct sim *sim, const struct part *part);
 
 /* A result has arrived; it is served when the master has looked and is done with what came before. */
 void result_arrives(struct sim *sim, const struct event *letter);

@@ -1,0 +1,109 @@
+/* The section "adaptive": adaptive runs, whose passes are shared out one after the other. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance.h"
+#include "bench/balance_passes.h"
+#include "bench/balance_run.h"
+#include "bench/balance_schedules.h"
+#include "bench/median.h"
+#include "common/message.h"
+
+/* Scenes and target errors: about those that 16 and 64 samples of every pixel leave (bench/README.md). */
+static const struct adaptive_case {
+    unsigned scene; /* of bench_scenes */
+    double target;
+} cases[] = {{0, 0.0025}, {0, 0.00087}, {1, 0.0096}, {1, 0.0037}};
+
+#define CASES (sizeof cases / sizeof *cases)
+
+static const unsigned processors[] = {1, 2, 4, 8, 16, 32, 44};
+enum { COUNTS = sizeof processors / sizeof *processors, REAL_RUNS = 5 };
+
+/* Simulates the run on so many processors of one machine. */
+static void simulate_run(const struct bench_scene *scene, const struct record *record,
+                         unsigned count, struct sim_outcome *outcome)
+{
+    struct picture_costs costs = scene_costs(scene, record->view.min_samples);
+    struct machine machine = one_machine(count);
+    costs.record = record;
+    schedule_simulate(FULL, &machine, &costs, outcome);
+}
+
+static void put_row(FILE *out, const struct bench_scene *scene, const struct adaptive_case *it,
+                    const struct record *record)
+{
+    double serial = 0;
+    fprintf(out, "| %s, %g | %.1f | %u |", scene->name, it->target, record->samples, record->count);
+    for (unsigned i = 0; i < COUNTS; i++) {
+        struct sim_outcome outcome;
+        simulate_run(scene, record, processors[i], &outcome);
+        if (i == 0) serial = outcome.render_s;
+        value_set(outcome.render_s, "%s.adaptive.%g.render.%u", scene->name, it->target,
+                  processors[i]);
+        value_set(serial / outcome.render_s, "%s.adaptive.%g.speedup.%u", scene->name, it->target,
+                  processors[i]);
+        if (i > 0) fprintf(out, " %.1f |", serial / outcome.render_s);
+        if (i + 1 == COUNTS) fprintf(out, " %.1f |", 100 * outcome.plans_s / outcome.render_s);
+        sim_outcome_free(&outcome);
+    }
+    fputc('\n', out);
+}
+
+/* The median render time of real runs. */
+static double real_seconds(const struct bench_scene *scene, double target, unsigned ranks)
+{
+    double seconds[REAL_RUNS];
+    char *options = format_text("image.width=%u image.height=%u sampling.target_error=%.17g",
+                                PAPER_WIDTH, PAPER_HEIGHT, target);
+    for (unsigned i = 0; i < REAL_RUNS; i++) {
+        struct farm_run run;
+        farm_run(&run, ranks, scene->config, KEPT_FOLDER "/adaptive.pfm", options);
+        seconds[i] = run.render_s;
+        farm_run_free(&run);
+    }
+    free(options);
+    return median_of(seconds, REAL_RUNS);
+}
+
+static void put_real(FILE *out, const struct bench_scene *scene, double target)
+{
+    fprintf(out, "| %s, %g |", scene->name, target);
+    double one = real_seconds(scene, target, 1), two = real_seconds(scene, target, 2);
+    fprintf(out, " %.3f | %.3f | %.2f | %.2f |\n", one,
+            value_get("%s.adaptive.%g.render.1", scene->name, target), one / two,
+            value_get("%s.adaptive.%g.speedup.2", scene->name, target));
+}
+
+void section_adaptive(FILE *out)
+{
+    fprintf(out,
+            "Simulated speed-up of adaptive runs, %u x %u pixels, by processors; and the part of "
+            "the time "
+            "on %u in which passes are planned, taken to be shared by all of them:\n\n"
+            "| scene, target error | samples | passes |",
+            PAPER_WIDTH, PAPER_HEIGHT, PAPER_PROCESSORS);
+    for (unsigned i = 1; i < COUNTS; i++)
+        fprintf(out, " %u |", processors[i]);
+    fputs(" plans, % |\n|---|---|---|", out);
+    for (unsigned i = 0; i < COUNTS; i++)
+        fputs("---|", out);
+    fputc('\n', out);
+    for (size_t i = 0; i < CASES; i++) {
+        struct record record;
+        const struct bench_scene *scene = &bench_scenes[cases[i].scene];
+        fprintf(stderr, "rendering %s to an error of %g, pass by pass\n", scene->name,
+                cases[i].target);
+        record_make(&record, scene->config, PAPER_WIDTH, PAPER_HEIGHT, cases[i].target,
+                    bench_rounds);
+        put_row(out, scene, &cases[i], &record);
+        record_free(&record);
+    }
+    fprintf(
+        out,
+        "\nReal runs, medians of %d, beside simulated ones:\n\n| scene, target error | -n 1, s | "
+        "simulated | -n 1 / -n 2 | simulated |\n|---|---|---|---|---|\n",
+        REAL_RUNS);
+    for (size_t i = 0; i < CASES; i++)
+        put_real(out, &bench_scenes[cases[i].scene], cases[i].target);
+}
