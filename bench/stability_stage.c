@@ -46,20 +46,21 @@ static void tally_add(struct tally *total, const struct tally *part)
     total->fallbacks += part->fallbacks;
 }
 
-struct crew {
+/* A loop whose items threads share out among themselves. */
+struct loop {
     uint64_t items;
     void (*work)(uint64_t item, void *context);
     void *context;
     atomic_uint_fast64_t next;
 };
 
-static void *crew_member(void *argument)
+static void *run_items(void *argument)
 {
-    struct crew *crew = argument;
+    struct loop *loop = argument;
     for (;;) {
-        uint64_t item = atomic_fetch_add(&crew->next, 1);
-        if (item >= crew->items) break;
-        crew->work(item, crew->context);
+        uint64_t item = atomic_fetch_add(&loop->next, 1);
+        if (item >= loop->items) break;
+        loop->work(item, loop->context);
     }
     mpfr_free_cache(); /* of this thread */
     return NULL;
@@ -68,10 +69,10 @@ static void *crew_member(void *argument)
 void share_out(const struct budget *budget, uint64_t items,
                void (*work)(uint64_t item, void *context), void *context)
 {
-    struct crew crew = {.items = items, .work = work, .context = context};
+    struct loop loop = {.items = items, .work = work, .context = context};
     pthread_t *threads = allocate(budget->threads, sizeof *threads);
     for (unsigned i = 0; i < budget->threads; i++) {
-        if (pthread_create(&threads[i], NULL, crew_member, &crew) != 0)
+        if (pthread_create(&threads[i], NULL, run_items, &loop) != 0)
             fatal("cannot start a thread");
     }
     for (unsigned i = 0; i < budget->threads; i++)

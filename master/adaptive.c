@@ -57,9 +57,9 @@ void adaptive_destroy(struct adaptive *adaptive)
     free(adaptive);
 }
 
-void adaptive_set_crew(struct adaptive *adaptive, struct crew *crew)
+void adaptive_set_pool(struct adaptive *adaptive, struct thread_pool *pool)
 {
-    adaptive->crew = crew;
+    adaptive->pool = pool;
 }
 
 /* ---- the next pass ---- */
@@ -67,13 +67,13 @@ void adaptive_set_crew(struct adaptive *adaptive, struct crew *crew)
 static struct candidates candidates_of(struct adaptive *adaptive)
 {
     return (struct candidates){&adaptive->statistics, &adaptive->errors, &adaptive->effort,
-                               adaptive->crew};
+                               adaptive->pool};
 }
 
 /* The upper end of the estimate of the picture's error. All pixels of the last pass must be in. */
 static double look_at_pass(struct adaptive *adaptive)
 {
-    uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->crew)->pixels;
+    uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->pool)->pixels;
     struct error_breakdown breakdown = pixel_errors_breakdown(&adaptive->errors);
     return error_estimate(&breakdown, pixels, ERROR_LOOK_PASS, adaptive->pass.count).high;
 }
@@ -164,7 +164,7 @@ bool adaptive_is_met(struct adaptive *adaptive)
 
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
 {
-    const struct error_totals *totals = pixel_errors_expect(&adaptive->errors, adaptive->crew);
+    const struct error_totals *totals = pixel_errors_expect(&adaptive->errors, adaptive->pool);
     uint64_t pixels = totals->pixels;
     if (pixels < canvas_pixels(adaptive->statistics.canvas) || !(totals->halves.squares > 0))
         return (double)NAN;
@@ -185,16 +185,16 @@ double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
 
 /* ---- what is asked of it ---- */
 
-/* Until all pixels of the pass are in, the crew is busy with tiles. */
-static struct crew *idle_crew(const struct adaptive *adaptive)
+/* Until all pixels of the pass are in, the pool is busy with tiles. */
+static struct thread_pool *idle_pool(const struct adaptive *adaptive)
 {
-    return adaptive->pass.missing ? NULL : adaptive->crew;
+    return adaptive->pass.missing ? NULL : adaptive->pool;
 }
 
 struct error_breakdown adaptive_errors(struct adaptive *adaptive, uint64_t *pixels,
                                        uint64_t *samples)
 {
-    const struct error_totals *totals = pixel_errors_totals(&adaptive->errors, idle_crew(adaptive));
+    const struct error_totals *totals = pixel_errors_totals(&adaptive->errors, idle_pool(adaptive));
     *pixels = totals->pixels;
     *samples = totals->samples;
     return pixel_errors_breakdown(&adaptive->errors);

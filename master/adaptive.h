@@ -59,9 +59,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/crew.h"
 #include "common/refinement.h"
 #include "common/scene.h"
+#include "common/thread_pool.h"
 #include "common/tile.h"
 #include "master/canvas.h"
 #include "master/error.h"
@@ -79,9 +79,9 @@ size_t adaptive_pixel_bytes(void);
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target);
 void adaptive_destroy(struct adaptive *adaptive);
 
-/* Lends a crew to make plans with. It stays the caller's and must not be used by anybody else until another one is
- * lent; NULL: the calling thread plans alone. Plans do not depend on it. */
-void adaptive_set_crew(struct adaptive *adaptive, struct crew *crew);
+/* Lends a thread pool to make plans with. It stays the caller's and must not be used by anybody else until another one
+ * is lent; NULL: the calling thread plans alone. Plans do not depend on it. */
+void adaptive_set_pool(struct adaptive *adaptive, struct thread_pool *pool);
 
 /*
  * Ends pass 0 early: no more of its pixels are to come in, and none counts as missing. seconds: of rendering, summed

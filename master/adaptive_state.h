@@ -39,7 +39,7 @@ struct adaptive {
     struct pixel_errors errors;
     struct promise promise;
     struct pass pass;
-    struct crew *crew; /* to plan with; NULL: the calling thread plans alone */
+    struct thread_pool *pool; /* to plan with; NULL: the calling thread plans alone */
     double target;
     bool is_met; /* the target */
     /* Seconds of rendering: what a pixel without samples is expected to take, 0: unknown; what had been spent on first

@@ -53,7 +53,7 @@ static void fill_report(struct run *run, const struct service *service)
     report->renderers = service->stats;
     report->picture = service->counts;
     report->renderer_count = (int)run->renderers;
-    report->master_cpu_s = service->master_cpu_s + crew_cpu_s(run->crew);
+    report->master_cpu_s = service->master_cpu_s + thread_pool_cpu_s(run->pool);
     report->master_messages = service->messages;
     report->service_s = service->answers ? service->service_cpu_s / (double)service->answers : 0;
     report->answer_wait_s =
@@ -95,9 +95,9 @@ static struct written write_outputs(struct run *run)
     struct report *report = &run->report;
     double start = clock_wall();
     struct written written = {.report = true};
-    written.picture = image_write(settings->output.image, &run->canvas, run->crew);
+    written.picture = image_write(settings->output.image, &run->canvas, run->pool);
     if (!written.picture) return written;
-    report->quantisation = image_quantisation(report->image_file, &run->canvas, run->crew);
+    report->quantisation = image_quantisation(report->image_file, &run->canvas, run->pool);
     written.timeline = timeline_write(&run->timeline, settings, report);
     report->time.write = clock_wall() - start;
     report->time.total = clock_wall() - run->start;
@@ -268,7 +268,7 @@ int end_early(struct run *run, bool deserted)
         user_error(NULL, 0, "%s at %.1f %% of the pixels", why, per_cent(run, rendered));
     free(why);
     bool resumable = keep(run, "to go on");
-    if (image_write(image, &run->canvas, run->crew))
+    if (image_write(image, &run->canvas, run->pool))
         user_note("the picture so far is in %s", image);
     note_old_report(run->job.settings.output.report);
     return resumable ? STATUS_RESUMABLE : STATUS_FAILED;

@@ -271,9 +271,9 @@ static void expect_band(void *context, uint32_t number)
     band_free(&band);
 }
 
-void expect_errors(const struct picture_statistics *pixels, struct crew *crew, double *error,
+void expect_errors(const struct picture_statistics *pixels, struct thread_pool *pool, double *error,
                    float *predicted_rms)
 {
     struct expectation it = {pixels, error, predicted_rms};
-    crew_share(crew, band_count(pixels->canvas), expect_band, &it);
+    thread_pool_for(pool, band_count(pixels->canvas), expect_band, &it);
 }

@@ -2,7 +2,7 @@
 #ifndef FARM_MASTER_EXPECT_H
 #define FARM_MASTER_EXPECT_H
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/statistics.h"
 
 /* A pixel is a surprise where the squared error estimated from its halves is more than this many times the one
@@ -12,8 +12,8 @@
 
 /* Sets for each pixel its expected squared error, which is finite, as squares of floats are far inside the range of
  * doubles; and in predicted_rms the root of that predicted from its neighbourhood alone, whatever its own samples
- * have hit. All pixels must have samples. The crew must be idle; NULL: the caller works alone. */
-void expect_errors(const struct picture_statistics *pixels, struct crew *crew, double *error,
+ * have hit. All pixels must have samples. The pool must be idle; NULL: the caller works alone. */
+void expect_errors(const struct picture_statistics *pixels, struct thread_pool *pool, double *error,
                    float *predicted_rms);
 
 #endif

@@ -46,22 +46,22 @@ static void pfm_encode(const struct canvas *canvas, struct output *output)
 }
 
 /* Encodes a format other than PFM. */
-static void pack(enum format format, const struct canvas *canvas, struct crew *crew,
+static void pack(enum format format, const struct canvas *canvas, struct thread_pool *pool,
                  byte_sink *sink, void *context)
 {
     if (format == FORMAT_PNG)
-        png_encode(canvas, crew, sink, context);
+        png_encode(canvas, pool, sink, context);
     else
         hdr_encode(canvas, sink, context);
 }
 
-static void encode(enum format format, const struct canvas *canvas, struct crew *crew,
+static void encode(enum format format, const struct canvas *canvas, struct thread_pool *pool,
                    struct output *output)
 {
     if (format == FORMAT_PFM)
         pfm_encode(canvas, output);
     else
-        pack(format, canvas, crew, output_sink, output);
+        pack(format, canvas, pool, output_sink, output);
 }
 
 /* The values that a reader of the file gets for a pixel. */
@@ -114,25 +114,25 @@ static void add_pixel(struct loss *loss, enum format format, const float *rgb)
     loss->clipped += clipped;
 }
 
-static void find_loss(void *context, uint32_t round)
+static void find_loss(void *context, uint32_t iteration)
 {
     const struct losses *losses = context;
-    uint32_t begin = round * PART_PIXELS;
+    uint32_t begin = iteration * PART_PIXELS;
     size_t left = canvas_pixels(losses->canvas) - begin;
     uint32_t count = left < PART_PIXELS ? (uint32_t)left : PART_PIXELS;
     struct loss loss = {0};
     for (uint32_t i = 0; i < count; i++)
         add_pixel(&loss, losses->format, losses->canvas->rgb + 3 * ((size_t)begin + i));
-    losses->parts[round] = loss;
+    losses->parts[iteration] = loss;
 }
 
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas,
-                                       struct crew *crew)
+                                       struct thread_pool *pool)
 {
     uint32_t parts = divide_up((uint32_t)canvas_pixels(canvas), PART_PIXELS);
     struct losses losses = {image_format(path), canvas, allocate(parts, sizeof *losses.parts)};
     struct loss all = {0};
-    crew_share(crew, parts, find_loss, &losses);
+    thread_pool_for(pool, parts, find_loss, &losses);
     for (uint32_t i = 0; i < parts; i++) {
         const struct loss *part = &losses.parts[i];
         all.squares += part->squares;
@@ -219,22 +219,22 @@ double image_seconds(const char *path, const struct canvas *canvas, bool rendere
     return (shared / threads + alone) * pixels / ((double)TRIAL_EDGE * TRIAL_EDGE);
 }
 
-int image_try(const char *path, const struct canvas *canvas, struct crew *crew)
+int image_try(const char *path, const struct canvas *canvas, struct thread_pool *pool)
 {
     struct output output = {.path = path};
-    encode(image_format(path), canvas, crew, &output);
+    encode(image_format(path), canvas, pool, &output);
     return output_close(&output);
 }
 
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas,
-                     struct crew *crew)
+                     struct thread_pool *pool)
 {
     if (!image_extension_known(path)) {
         user_error(path, 0,
                    "unknown kind of picture, expected a name that ends in .png, .hdr or .pfm");
         return false;
     }
-    int error = image_try(path, canvas, crew);
+    int error = image_try(path, canvas, pool);
     return error ? output_refused(path, key, error) : true;
 }
 
@@ -254,9 +254,9 @@ void image_announce(const char *path, const struct canvas *canvas, unsigned thre
  * 160 ns per pixel were measured for a Radiance picture, 30 to 45 for a PNG. */
 #define ANNOUNCE_PIXELS 4e6
 
-bool image_write(const char *path, const struct canvas *canvas, struct crew *crew)
+bool image_write(const char *path, const struct canvas *canvas, struct thread_pool *pool)
 {
     if ((double)canvas_pixels(canvas) > ANNOUNCE_PIXELS)
-        image_announce(path, canvas, crew_size(crew), 1);
-    return image_write_for("output.image", path, canvas, crew);
+        image_announce(path, canvas, thread_pool_size(pool), 1);
+    return image_write_for("output.image", path, canvas, pool);
 }

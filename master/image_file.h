@@ -11,7 +11,7 @@
 
 #include <stdbool.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/canvas.h"
 
 /* Whether the extension is one that image_write() knows. */
@@ -30,7 +30,7 @@ struct quantisation {
     double clipped_rmse;
 };
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas,
-                                       struct crew *crew);
+                                       struct thread_pool *pool);
 
 /* The number of threads that are worth having for encoding and quantisation. */
 unsigned image_threads(const struct canvas *canvas);
@@ -48,15 +48,15 @@ void image_announce(const char *path, const struct canvas *canvas, unsigned thre
                     double seconds);
 
 /* Writes the picture; false after reporting why (disk full, ...) that failed. If it is expected to take longer than a
- * second, first prints that the picture is being written. The crew, which may be NULL, makes no difference to the
+ * second, first prints that the picture is being written. The pool, which may be NULL, makes no difference to the
  * file. */
-bool image_write(const char *path, const struct canvas *canvas, struct crew *crew);
+bool image_write(const char *path, const struct canvas *canvas, struct thread_pool *pool);
 
 /* The same without messages, for a path and a size that can be written: returns errno, or 0. */
-int image_try(const char *path, const struct canvas *canvas, struct crew *crew);
+int image_try(const char *path, const struct canvas *canvas, struct thread_pool *pool);
 
 /* The same as image_write() for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas,
-                     struct crew *crew);
+                     struct thread_pool *pool);
 
 #endif

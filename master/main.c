@@ -123,7 +123,7 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .deadline = deadline_of(run),
         .processors = run->crowd.processors,
         .limit = settings->sampling.time_limit,
-        .crew = run->crew,
+        .pool = run->pool,
         .images = {settings->output.image, settings->output.heatmap, settings->output.ranks},
         .only_limit = settings->sampling.target_error == 0 && !run->job.named.max_samples,
         .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
@@ -140,20 +140,20 @@ static struct service service_of(struct run *run, const struct node_scene *share
 
 /* Gathers at most `most` threads, on the cores of all ranks of this node: these ranks all wait for the next plan
  * of adaptive sampling, and in the end for the picture to be written. */
-static void gather_crew(struct run *run, unsigned most)
+static void create_pool(struct run *run, unsigned most)
 {
     struct core_set own;
     unsigned threads = cores_borrow(run->neighbours, run->neighbour_count, &own);
     if (threads > most) threads = most;
-    if (threads > 1) run->crew = crew_gather(threads);
+    if (threads > 1) run->pool = thread_pool_create(threads);
     cores_return(&own);
 }
 
-static void dismiss_crew(struct run *run)
+static void destroy_pool(struct run *run)
 {
-    if (run->adaptive) adaptive_set_crew(run->adaptive, NULL);
-    if (run->crew) crew_dismiss(run->crew);
-    run->crew = NULL;
+    if (run->adaptive) adaptive_set_pool(run->adaptive, NULL);
+    if (run->pool) thread_pool_destroy(run->pool);
+    run->pool = NULL;
 }
 
 /* The picture is complete: returns the exit status. */
@@ -169,7 +169,7 @@ static int conclude(struct run *run, const struct service *service, const struct
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
-    if (!run->crew) gather_crew(run, image_threads(&run->canvas));
+    if (!run->pool) create_pool(run, image_threads(&run->canvas));
     int status = run_conclude(run, service);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
@@ -231,11 +231,11 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
     int status = STATUS_DONE;
     if (rank == 0) {
         if (run->adaptive) {
-            gather_crew(run, band_count(&run->canvas));
-            adaptive_set_crew(run->adaptive, run->crew);
+            create_pool(run, band_count(&run->canvas));
+            adaptive_set_pool(run->adaptive, run->pool);
         }
         status = render_as_master(run, shared, renderer);
-        dismiss_crew(run);
+        destroy_pool(run);
     } else {
         work(renderer, shared);
     }

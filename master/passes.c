@@ -51,7 +51,7 @@ void estimate_writing(struct server *server, bool rendered)
     for (int i = 0; i < SERVICE_IMAGES; i++)
         if (service->images[i] && *service->images[i])
             seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0,
-                                     i == 0 ? crew_size(service->crew) : 1);
+                                     i == 0 ? thread_pool_size(service->pool) : 1);
     service->writing_s = seconds;
 }
 

@@ -97,12 +97,13 @@ static void add_totals(struct error_totals *all, const struct error_totals *more
     hidden_join(&all->hidden, &more->hidden);
 }
 
-const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew)
+const struct error_totals *pixel_errors_totals(struct pixel_errors *errors,
+                                               struct thread_pool *pool)
 {
     if (errors->is_summed) return &errors->totals;
     uint32_t bands = band_count(errors->statistics->canvas);
     struct summing it = {errors, allocate(bands, sizeof *it.bands)};
-    crew_share(crew, bands, sum_band, &it);
+    thread_pool_for(pool, bands, sum_band, &it);
     errors->totals = (struct error_totals){.pixels = 0};
     for (uint32_t k = 0; k < bands; k++)
         add_totals(&errors->totals, &it.bands[k]);
@@ -111,13 +112,14 @@ const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, stru
     return &errors->totals;
 }
 
-const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, struct crew *crew)
+const struct error_totals *pixel_errors_expect(struct pixel_errors *errors,
+                                               struct thread_pool *pool)
 {
-    const struct error_totals *totals = pixel_errors_totals(errors, crew);
+    const struct error_totals *totals = pixel_errors_totals(errors, pool);
     hidden_share(errors->hidden, &totals->hidden);
     if (errors->is_expected || errors->statistics->unsampled > 0) return totals;
     struct picture_statistics now = statistics_of_picture(errors->statistics);
-    expect_errors(&now, crew, errors->expected, errors->predicted_rms);
+    expect_errors(&now, pool, errors->expected, errors->predicted_rms);
     errors->is_expected = true;
     return totals;
 }

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/error.h"
 #include "master/hidden.h"
 #include "master/statistics.h"
@@ -57,13 +57,15 @@ void pixel_errors_leave(struct pixel_errors *errors, size_t pixel);
 void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel);
 void pixel_errors_leave_done(struct pixel_errors *errors);
 
-/* The sums over the pixels as they are, valid until one changes. The crew must be idle; NULL: the caller works alone.
+/* The sums over the pixels as they are, valid until one changes. The pool must be idle; NULL: the caller works alone.
  */
-const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew);
+const struct error_totals *pixel_errors_totals(struct pixel_errors *errors,
+                                               struct thread_pool *pool);
 
 /* The same. It also updates each pixel's part of the hidden error and, if all pixels have samples, its expected
  * error. */
-const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, struct crew *crew);
+const struct error_totals *pixel_errors_expect(struct pixel_errors *errors,
+                                               struct thread_pool *pool);
 
 /* From the totals, while they are valid: the sum of squared errors estimated from the halves; the picture's error
  * including the hidden part. */

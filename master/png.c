@@ -121,16 +121,16 @@ static void compress_band(struct band *band, unsigned char *filtered, bool last)
     (void)deflateEnd(&stream);
 }
 
-static void encode_band(void *context, uint32_t round)
+static void encode_band(void *context, uint32_t iteration)
 {
     const struct encoder *encoder = context;
-    struct band *band = &encoder->bands[round];
-    uint32_t y = round * encoder->rows, left = encoder->canvas->height - y;
+    struct band *band = &encoder->bands[iteration];
+    uint32_t y = iteration * encoder->rows, left = encoder->canvas->height - y;
     uint32_t rows = left < encoder->rows ? left : encoder->rows;
     unsigned char *filtered = filter_rows(encoder->canvas, y, rows);
     band->filtered = rows * (1 + row_bytes(encoder->canvas));
     band->adler = adler32_z(1, filtered, band->filtered);
-    compress_band(band, filtered, round + 1 == encoder->count);
+    compress_band(band, filtered, iteration + 1 == encoder->count);
     free(filtered);
 }
 
@@ -184,13 +184,14 @@ static void put_bands(byte_sink *sink, void *context, const struct encoder *enco
     put_chunk(sink, context, "IDAT", end, sizeof end);
 }
 
-void png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink, void *context)
+void png_encode(const struct canvas *canvas, struct thread_pool *pool, byte_sink *sink,
+                void *context)
 {
     struct encoder encoder = {.canvas = canvas};
     encoder.rows = (uint32_t)(BAND_BYTES / (1 + row_bytes(canvas))) + 1;
     encoder.count = divide_up(canvas->height, encoder.rows);
     encoder.bands = allocate(encoder.count, sizeof *encoder.bands);
-    crew_share(crew, encoder.count, encode_band, &encoder);
+    thread_pool_for(pool, encoder.count, encode_band, &encoder);
     put_header(sink, context, canvas);
     put_bands(sink, context, &encoder);
     put_chunk(sink, context, "IEND", NULL, 0);

@@ -8,15 +8,16 @@
 #ifndef FARM_MASTER_PNG_H
 #define FARM_MASTER_PNG_H
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/byte_sink.h"
 #include "master/canvas.h"
 
 /* The value that a reader gets back from the byte of this value. */
 float png_read_back(float value);
 
-/* Encodes a picture. The crew, which may be NULL, makes no difference to the bytes. They go to the sink when all
+/* Encodes a picture. The pool, which may be NULL, makes no difference to the bytes. They go to the sink when all
  * are encoded. */
-void png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink, void *context);
+void png_encode(const struct canvas *canvas, struct thread_pool *pool, byte_sink *sink,
+                void *context);
 
 #endif

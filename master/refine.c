@@ -42,7 +42,7 @@ static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 /* ---- what all are worth ---- */
 
 /* Parts of a picture are allocated in parallel: each has about PART_PIXELS pixels, a hundredth of a second of work.
- * There are at most PARTS_MOST parts, as an allocation takes half a megabyte. The parts do not depend on the crew, as
+ * There are at most PARTS_MOST parts, as an allocation takes half a megabyte. The parts do not depend on the pool, as
  * the rounding of sums depends on them. */
 #define PART_PIXELS (1u << 20)
 #define PARTS_MOST  64
@@ -93,7 +93,7 @@ struct allocation *refine_allocation(const struct candidates *candidates)
                             .bands = divide_up(bands, parts),
                             .parts = made};
     parts = divide_up(bands, it.bands);
-    crew_share(candidates->crew, parts, allocate_part, &it);
+    thread_pool_for(candidates->pool, parts, allocate_part, &it);
     for (uint32_t part = 1; part < parts; part++) {
         allocation_join(made[0], made[part]);
         allocation_destroy(made[part]);
@@ -165,14 +165,14 @@ struct refined refine_levels(const struct candidates *candidates, double limit, 
     uint32_t bands = band_count(candidates->statistics->canvas);
     struct stepping it = {candidates, limit, next, allocate(bands, sizeof *it.bands)};
     struct refined all = {0, 0};
-    crew_share(candidates->crew, bands, step_band, &it);
+    thread_pool_for(candidates->pool, bands, step_band, &it);
     for (uint32_t k = 0; k < bands; k++) {
         all.pixels += it.bands[k].pixels;
         all.left += it.bands[k].left;
     }
     free(it.bands);
     if (all.pixels == 0) return all;
-    crew_share(candidates->crew, bands, leave_band, &it);
+    thread_pool_for(candidates->pool, bands, leave_band, &it);
     pixel_errors_leave_done(candidates->errors);
     return all;
 }

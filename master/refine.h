@@ -8,19 +8,19 @@
 
 #include <stdint.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/allocation.h"
 #include "master/effort.h"
 #include "master/pixel_errors.h"
 #include "master/statistics.h"
 
 /* What a plan is made from. All pixels must have samples, and pixel_errors_expect() must have been called for their
- * present state. Everything is the caller's. The crew must be idle; NULL: the caller plans alone. */
+ * present state. Everything is the caller's. The pool must be idle; NULL: the caller plans alone. */
 struct candidates {
     const struct statistics *statistics;
     struct pixel_errors *errors;
     const struct effort *effort;
-    struct crew *crew;
+    struct thread_pool *pool;
 };
 
 /* An allocation with all pixels, to find a limit with; freed by allocation_destroy(). */

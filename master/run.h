@@ -8,7 +8,7 @@
 #ifndef FARM_MASTER_RUN_H
 #define FARM_MASTER_RUN_H
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/crowd.h"
 #include "master/load.h"
 #include "master/options.h"
@@ -30,7 +30,7 @@ struct run {
     struct adaptive *adaptive; /* NULL: sampling is not adaptive */
     /* Threads for work that all ranks of the node wait for: planning passes and writing the picture. NULL: rank 0
      * works alone. */
-    struct crew *crew;
+    struct thread_pool *pool;
     struct save *save; /* NULL: output.journal is empty, or the journal is closed */
     struct timeline timeline;
     struct renderer_stats *stats;

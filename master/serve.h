@@ -37,7 +37,7 @@ struct service {
     /* Image files that are to be written by the deadline; NULL or empty: none. For the first one, the
      * quantisation error is computed, too. */
     const char *images[SERVICE_IMAGES];
-    struct crew *crew;         /* threads that write the first one; NULL: the caller alone */
+    struct thread_pool *pool;  /* threads that write the first one; NULL: the caller alone */
     bool only_limit;           /* nothing but the time limit is expected to end the run */
     uint32_t processors;       /* of all renderers together: struct crowd */
     struct timeline *timeline; /* records every finished tile; NULL: not wanted */

@@ -49,23 +49,23 @@ static void test_contrast_is_looked_into(void **state)
 }
 
 /* One thread and several plan the same, bit for bit. */
-static void test_crews_plan_the_same(void **state)
+static void test_pools_plan_the_same(void **state)
 {
     (void)state;
     struct view view = view_of(4, 1024);
     struct result alone, together;
     run(&alone, ball, &view, 0.001, 16, false);
-    struct crew *crew = crew_gather(3);
+    struct thread_pool *pool = thread_pool_create(3);
     canvas_init(&together.canvas, EDGE, EDGE);
     together.adaptive = adaptive_create(&view, &together.canvas, 0.001);
-    adaptive_set_crew(together.adaptive, crew);
+    adaptive_set_pool(together.adaptive, pool);
     do
         render_pass(together.adaptive, &view, ball, 16, false);
     while (adaptive_plan(together.adaptive, HUGE_VAL));
     assert_int_equal(alone.passes, adaptive_passes(together.adaptive));
     assert_true(alone.passes > 2);
     assert_memory_equal(alone.canvas.rgb, together.canvas.rgb, 3 * PIXELS * sizeof(float));
-    crew_dismiss(crew);
+    thread_pool_destroy(pool);
     drop(&alone);
     drop(&together);
 }
@@ -256,7 +256,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flat_needs_one_pass),
         cmocka_unit_test(test_contrast_is_looked_into),
-        cmocka_unit_test(test_crews_plan_the_same),
+        cmocka_unit_test(test_pools_plan_the_same),
         cmocka_unit_test(test_rows_show_why_it_ended),
         cmocka_unit_test(test_tiles_do_not_matter),
         cmocka_unit_test(test_brightness_does_not_matter),

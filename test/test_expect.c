@@ -185,10 +185,10 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
     double *error = allocate(pixels, sizeof *error);
     struct picture_statistics statistics = {&picture.canvas, picture.difference, picture.spread,
                                             picture.level, &picture.levels};
-    struct crew *crew = crew_gather(2);
+    struct thread_pool *pool = thread_pool_create(2);
     float *predicted_rms = allocate(pixels, sizeof *predicted_rms);
-    expect_errors(&statistics, crew, error, predicted_rms);
-    crew_dismiss(crew);
+    expect_errors(&statistics, pool, error, predicted_rms);
+    thread_pool_destroy(pool);
     for (uint32_t y = 0; y < height; y += 32)
         for (uint32_t x = 0; x < width; x += 32)
             check_square(&picture, error, predicted_rms, x, y);

@@ -110,19 +110,19 @@ static void assert_one_line(void)
 }
 
 /* The linker calls __wrap_ for png_encode(). */
-void __real_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+void __real_png_encode(const struct canvas *canvas, struct thread_pool *pool, byte_sink *sink,
                        void *context);
-void __wrap_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+void __wrap_png_encode(const struct canvas *canvas, struct thread_pool *pool, byte_sink *sink,
                        void *context);
 
 /* What the encoder finds in the folder when it begins, which takes it a while, and in the end. */
 static unsigned files_before, files_behind;
 
-void __wrap_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+void __wrap_png_encode(const struct canvas *canvas, struct thread_pool *pool, byte_sink *sink,
                        void *context)
 {
     files_before = count_files();
-    __real_png_encode(canvas, crew, sink, context);
+    __real_png_encode(canvas, pool, sink, context);
     files_behind = count_files();
 }
 
@@ -195,9 +195,9 @@ static char *bytes_of(const char *path, size_t *size)
 static void assert_written_together(uint32_t width, uint32_t height)
 {
     struct canvas canvas = sample_canvas(width, height);
-    struct crew *crew = crew_gather(3);
+    struct thread_pool *pool = thread_pool_create(3);
     size_t sizes[2];
-    assert_true(image_write("a.png", &canvas, NULL) && image_write("b.png", &canvas, crew));
+    assert_true(image_write("a.png", &canvas, NULL) && image_write("b.png", &canvas, pool));
     char *alone = bytes_of("a.png", &sizes[0]), *together = bytes_of("b.png", &sizes[1]);
     assert_int_equal(sizes[0], sizes[1]);
     assert_memory_equal(alone, together, sizes[0]);
@@ -211,14 +211,14 @@ static void assert_written_together(uint32_t width, uint32_t height)
         assert_int_equal(bytes[i], (int)floor((double)canvas.rgb[i] * 255 + 0.5));
     stbi_image_free(bytes);
     struct quantisation mine = image_quantisation("a.png", &canvas, NULL);
-    struct quantisation ours = image_quantisation("a.png", &canvas, crew);
+    struct quantisation ours = image_quantisation("a.png", &canvas, pool);
     assert_memory_equal(&mine, &ours, sizeof mine);
-    crew_dismiss(crew);
+    thread_pool_destroy(pool);
     canvas_free(&canvas);
 }
 
 /* Of many bands, of rows that are longer than a band should be, and of next to nothing. */
-static void test_png_by_a_crew(void **state)
+static void test_png_by_a_pool(void **state)
 {
     (void)state;
     assert_written_together(1400, 900);
@@ -682,7 +682,7 @@ int main(void)
         TEST(test_quantisation),
         TEST(test_png_all_values),
         TEST(test_png_rows),
-        TEST(test_png_by_a_crew),
+        TEST(test_png_by_a_pool),
         TEST(test_hdr),
         TEST(test_hdr_extremes),
         TEST(test_pfm_is_exact),

@@ -80,7 +80,7 @@ size_t bvh_bytes_bound(const struct scene *scene)
 
 /* ---- primitives ---- */
 
-/* Up to ROUND_ITEMS primitives, which one thread processes. */
+/* Up to CHUNK_ITEMS primitives, which one thread processes. */
 struct part {
     uint32_t count; /* items of those in the tree */
     uint32_t uncut; /* triangles in the tree that are not cut yet */
@@ -101,11 +101,12 @@ struct collection {
 typedef void visit_member(const struct collection *all, struct part *part, uint64_t index,
                           uint32_t id);
 
-static INLINED void visit_members(const struct collection *all, uint32_t round, visit_member *visit)
+static INLINED void visit_members(const struct collection *all, uint32_t iteration,
+                                  visit_member *visit)
 {
     const struct scene *scene = all->whole->scene;
-    uint64_t first = (uint64_t)round * ROUND_ITEMS, end = bounded_count(scene);
-    if (end - first > ROUND_ITEMS) end = first + ROUND_ITEMS;
+    uint64_t first = (uint64_t)iteration * CHUNK_ITEMS, end = bounded_count(scene);
+    if (end - first > CHUNK_ITEMS) end = first + CHUNK_ITEMS;
     /* Most parts have no primitive in most trees. */
     const uint8_t *tree_of = all->trees->tree_of;
     if (tree_of && !memchr(tree_of + first, (int)all->tree, end - first)) return;
@@ -113,7 +114,7 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     for (uint64_t index = first; index < end; index++) {
         if (index > first) id = bounded_id_after(scene, id);
         if (tree_of_bounded(all->trees, index) == all->tree)
-            visit(all, &all->parts[round], index, id);
+            visit(all, &all->parts[iteration], index, id);
     }
 }
 
@@ -170,11 +171,11 @@ static INLINED void count_member(const struct collection *all, struct part *part
     part->count += halve_triangle(all->whole, pieces, halvings) - 1;
 }
 
-static void count_part(void *context, uint32_t round)
+static void count_part(void *context, uint32_t iteration)
 {
     const struct collection *all = context;
-    all->parts[round].count = all->parts[round].uncut = 0;
-    visit_members(all, round, count_member);
+    all->parts[iteration].count = all->parts[iteration].uncut = 0;
+    visit_members(all, iteration, count_member);
 }
 
 static INLINED void collect_member(const struct collection *all, struct part *part, uint64_t index,
@@ -189,26 +190,26 @@ static INLINED void collect_member(const struct collection *all, struct part *pa
         range_add(&part->range, &item[i]);
 }
 
-static void collect_part(void *context, uint32_t round)
+static void collect_part(void *context, uint32_t iteration)
 {
     const struct collection *all = context;
-    all->parts[round].range = range_empty(all->parts[round].first);
-    visit_members(all, round, collect_member);
+    all->parts[iteration].range = range_empty(all->parts[iteration].first);
+    visit_members(all, iteration, collect_member);
 }
 
 static struct range collect_items(const struct whole *whole, const struct bvh_trees *trees,
                                   const struct bvh_slivers *slivers, uint32_t tree)
 {
-    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), ROUND_ITEMS), uncut = 0;
+    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), CHUNK_ITEMS), uncut = 0;
     struct collection all = {whole, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
-    crew_share(whole->crew, parts, count_part, &all);
+    thread_pool_for(whole->pool, parts, count_part, &all);
     for (uint32_t i = 0, first = 0; i < parts; i++) {
         all.parts[i].first = first;
         first += all.parts[i].count;
         uncut += all.parts[i].uncut;
     }
-    crew_share(whole->crew, parts, collect_part, &all);
+    thread_pool_for(whole->pool, parts, collect_part, &all);
     for (uint32_t i = 0; i < parts; i++)
         range_append(&range, &all.parts[i].range);
     range.room = uncut / PIECES_SHARE;
@@ -324,13 +325,13 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     struct bvh_slivers slivers;
     struct whole whole = {.scene = scene,
                           .items = allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
-                          .crew = threads > 1 ? crew_gather(threads) : NULL};
-    bvh_trees_find(scene, whole.crew, &trees);
-    bvh_slivers_find(scene, whole.crew, &trees, &slivers);
+                          .pool = threads > 1 ? thread_pool_create(threads) : NULL};
+    bvh_trees_find(scene, whole.pool, &trees);
+    bvh_slivers_find(scene, whole.pool, &trees, &slivers);
     build_trees(&whole, &trees, &slivers, bvh);
     bvh_slivers_free(&slivers);
     bvh_trees_free(&trees);
-    if (whole.crew) crew_dismiss(whole.crew);
+    if (whole.pool) thread_pool_destroy(whole.pool);
     free(whole.items);
     return bvh;
 }

@@ -138,12 +138,12 @@ static uint32_t join_pieces(struct item *items, uint32_t count)
     return left;
 }
 
-static void measure_part(void *context, uint32_t round)
+static void measure_part(void *context, uint32_t iteration)
 {
     struct leaf_writer *writer = context;
-    struct leaf_part *part = &writer->parts[round];
+    struct leaf_part *part = &writer->parts[iteration];
     *part = (struct leaf_part){0, 0, 0};
-    for (uint32_t n = round * PART_NODES; n < part_end(writer, round); n++) {
+    for (uint32_t n = iteration * PART_NODES; n < part_end(writer, iteration); n++) {
         struct bvh_node *node = &writer->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             if (node->count[slot] == 0) continue;
@@ -158,12 +158,12 @@ static void measure_part(void *context, uint32_t round)
     }
 }
 
-static void write_part(void *context, uint32_t round)
+static void write_part(void *context, uint32_t iteration)
 {
     const struct leaf_writer *writer = context;
     const struct whole *whole = writer->whole;
-    uint64_t place = writer->parts[round].first;
-    for (uint32_t n = round * PART_NODES; n < part_end(writer, round); n++) {
+    uint64_t place = writer->parts[iteration].first;
+    for (uint32_t n = iteration * PART_NODES; n < part_end(writer, iteration); n++) {
         struct bvh_node *node = &writer->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             uint32_t count = node->count[slot];
@@ -185,14 +185,14 @@ struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *no
     struct leaf_writer writer = {whole, nodes, node_count, leaves,
                                  allocate(parts, sizeof *writer.parts)};
     struct leaf_room all = {0, 0};
-    crew_share(whole->crew, parts, measure_part, &writer);
+    thread_pool_for(whole->pool, parts, measure_part, &writer);
     for (uint32_t i = 0; i < parts; i++) {
         writer.parts[i].first = all.room;
         all.entries += writer.parts[i].entries;
         all.room += writer.parts[i].room;
     }
     if (all.room > UINT32_MAX) fatal("the scene has more triangles than a tree can hold");
-    crew_share(whole->crew, parts, write_part, &writer);
+    thread_pool_for(whole->pool, parts, write_part, &writer);
     free(writer.parts);
     return all;
 }

@@ -192,26 +192,26 @@ static void build_node(struct build *build, uint32_t index, const struct range *
 
 /* ---- subtrees ---- */
 
-static void build_subtree(void *context, uint32_t round)
+static void build_subtree(void *context, uint32_t iteration)
 {
     const struct build *top = context;
-    struct subtree *subtree = &top->subtrees[round];
+    struct subtree *subtree = &top->subtrees[iteration];
     const struct range *range = &subtree->range;
     uint64_t bound = bvh_nodes_bound((uint64_t)range->weight + range->room);
     subtree->nodes = aligned_alloc(_Alignof(struct bvh_node), bound * sizeof *subtree->nodes);
     if (!subtree->nodes) fatal("out of memory: there is no room for a part of the tree");
     struct build build = {
         .whole = top->whole, .nodes = subtree->nodes, .node_count = 1, .area = top->area};
-    build.whole.crew = NULL;
+    build.whole.pool = NULL;
     build_node(&build, 0, range, subtree->depth);
     subtree->node_count = build.node_count;
 }
 
 /* Moves a subtree to its place in the whole tree. */
-static void move_subtree(void *context, uint32_t round)
+static void move_subtree(void *context, uint32_t iteration)
 {
     const struct build *top = context;
-    struct subtree *subtree = &top->subtrees[round];
+    struct subtree *subtree = &top->subtrees[iteration];
     for (uint32_t n = 0; n < subtree->node_count; n++) {
         struct bvh_node *node = &top->nodes[subtree->first + n];
         *node = subtree->nodes[n];
@@ -246,9 +246,9 @@ uint32_t bvh_build_nodes(const struct whole *whole, const struct range *all, str
         top.node_count = 1;
         build_node(&top, 0, all, 0);
     }
-    crew_share(whole->crew, top.subtree_count, build_subtree, &top);
+    thread_pool_for(whole->pool, top.subtree_count, build_subtree, &top);
     place_subtrees(&top);
-    crew_share(whole->crew, top.subtree_count, move_subtree, &top);
+    thread_pool_for(whole->pool, top.subtree_count, move_subtree, &top);
     free(top.subtrees);
     return top.node_count;
 }

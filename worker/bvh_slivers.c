@@ -63,26 +63,26 @@ static uint8_t halvings_of(const struct scene *scene, uint32_t id)
 struct search {
     const struct scene *scene;
     uint8_t *halvings;
-    uint32_t *found; /* number of slivers in each part of ROUND_ITEMS primitives */
+    uint32_t *found; /* number of slivers in each part of CHUNK_ITEMS primitives */
 };
 
-static void search_part(void *context, uint32_t round)
+static void search_part(void *context, uint32_t iteration)
 {
     const struct search *search = context;
-    uint32_t first = round * ROUND_ITEMS, left = (uint32_t)bounded_count(search->scene) - first;
-    search->found[round] = 0;
-    for (uint32_t i = first; i < first + smaller(left, ROUND_ITEMS); i++) {
+    uint32_t first = iteration * CHUNK_ITEMS, left = (uint32_t)bounded_count(search->scene) - first;
+    search->found[iteration] = 0;
+    for (uint32_t i = first; i < first + smaller(left, CHUNK_ITEMS); i++) {
         search->halvings[i] = halvings_of(search->scene, bounded_id(search->scene, i));
-        search->found[round] += search->halvings[i] > 0;
+        search->found[iteration] += search->halvings[i] > 0;
     }
 }
 
 /* Considers each primitive on its own. Returns the number of slivers. */
-static uint32_t find_slivers(const struct scene *scene, struct crew *crew, uint8_t *halvings)
+static uint32_t find_slivers(const struct scene *scene, struct thread_pool *pool, uint8_t *halvings)
 {
-    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), ROUND_ITEMS), found = 0;
+    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS), found = 0;
     struct search search = {scene, halvings, allocate(rounds, sizeof *search.found)};
-    crew_share(crew, rounds, search_part, &search);
+    thread_pool_for(pool, rounds, search_part, &search);
     for (uint32_t i = 0; i < rounds; i++)
         found += search.found[i];
     free(search.found);
@@ -184,13 +184,13 @@ static void keep_few(const struct scene *scene, uint8_t *halvings)
         if (halvings[i] > most) halvings[i] = most;
 }
 
-void bvh_slivers_find(const struct scene *scene, struct crew *crew, const struct bvh_trees *trees,
-                      struct bvh_slivers *slivers)
+void bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
+                      const struct bvh_trees *trees, struct bvh_slivers *slivers)
 {
     *slivers = (struct bvh_slivers){NULL};
     if (scene_triangle_count(scene) + scene->primitives[PRIMITIVE_CONE].count < CROWD) return;
     uint8_t *halvings = allocate(bounded_count(scene), 1);
-    uint32_t found = find_slivers(scene, crew, halvings);
+    uint32_t found = find_slivers(scene, pool, halvings);
     if (found < CROWD) {
         free(halvings);
         return;

@@ -11,8 +11,8 @@
 
 #include <stdint.h>
 
-#include "common/crew.h"
 #include "common/scene.h"
+#include "common/thread_pool.h"
 #include "worker/bvh_trees.h"
 
 /* Repeated halving yields up to 32 pieces. With 16 seven scenes take 2 % longer, with 64 the same. */
@@ -28,9 +28,9 @@ struct bvh_slivers {
 uint64_t sliver_pieces_bound(const struct scene *scene);
 uint64_t rod_pieces_bound(const struct scene *scene);
 
-/* The result does not depend on the crew, which may be NULL. *slivers: free it with bvh_slivers_free(). */
-void bvh_slivers_find(const struct scene *scene, struct crew *crew, const struct bvh_trees *trees,
-                      struct bvh_slivers *slivers);
+/* The result does not depend on the pool, which may be NULL. *slivers: free it with bvh_slivers_free(). */
+void bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
+                      const struct bvh_trees *trees, struct bvh_slivers *slivers);
 void bvh_slivers_free(struct bvh_slivers *slivers);
 
 #endif

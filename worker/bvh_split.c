@@ -133,7 +133,7 @@ static void bin_by_center(const struct whole *whole, struct binning *binning, ui
 typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
                        uint32_t end);
 
-/* Separate bins for the items of each round of a crew. */
+/* Separate bins for the items of each iteration. */
 struct bin_parts {
     const struct whole *whole;
     uint32_t begin, end;
@@ -141,12 +141,12 @@ struct bin_parts {
     struct binning *parts;
 };
 
-static void bin_part(void *context, uint32_t round)
+static void bin_part(void *context, uint32_t iteration)
 {
     const struct bin_parts *all = context;
-    uint32_t begin = all->begin + round * ROUND_ITEMS;
-    uint32_t end = all->end - begin < ROUND_ITEMS ? all->end : begin + ROUND_ITEMS;
-    all->bin(all->whole, &all->parts[round], begin, end);
+    uint32_t begin = all->begin + iteration * CHUNK_ITEMS;
+    uint32_t end = all->end - begin < CHUNK_ITEMS ? all->end : begin + CHUNK_ITEMS;
+    all->bin(all->whole, &all->parts[iteration], begin, end);
 }
 
 /* Adds minima, maxima and sums of integers: the result does not depend on the order. */
@@ -168,15 +168,15 @@ static void bin_range(const struct whole *whole, struct binning *binning, const 
                       bin_items *bin)
 {
     uint32_t begin = range->first, end = begin + range->count,
-             parts = divide_up(end - begin, ROUND_ITEMS);
-    if (!whole->crew || parts < 2) {
+             parts = divide_up(end - begin, CHUNK_ITEMS);
+    if (!whole->pool || parts < 2) {
         bin(whole, binning, begin, end);
         return;
     }
     struct bin_parts all = {whole, begin, end, bin, allocate(parts, sizeof *all.parts)};
     for (uint32_t i = 0; i < parts; i++)
         all.parts[i] = *binning;
-    crew_share(whole->crew, parts, bin_part, &all);
+    thread_pool_for(whole->pool, parts, bin_part, &all);
     for (uint32_t i = 0; i < parts; i++)
         add_bins(binning, &all.parts[i]);
     free(all.parts);

@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/crew.h"
 #include "common/scene.h"
+#include "common/thread_pool.h"
 #include "common/whole.h"
 #include "worker/extent.h"
 
@@ -39,9 +39,9 @@ struct item {
 /* The cost of visiting a leaf, without its tests. */
 #define LEAF_COST 0.5
 
-/* Items that one thread processes in a round of a crew's loop, in some 0.2 ms: several times as long as waking a
- * thread. */
-#define ROUND_ITEMS 16384u
+/* Items that one thread processes in one iteration of a parallel loop, in some 0.2 ms: several times as long as waking
+ * a thread. */
+#define CHUNK_ITEMS 16384u
 
 /* Consecutive items, the room after them, and their sums and bounds. */
 struct range {
@@ -69,7 +69,7 @@ struct whole {
     const struct scene *scene;
     const double *center; /* of the tree, [3] */
     struct item *items;
-    struct crew *crew; /* processes large ranges together; may be NULL */
+    struct thread_pool *pool; /* for large ranges; may be NULL */
 };
 
 struct range range_empty(uint32_t first);

@@ -60,15 +60,15 @@ struct survey {
     struct survey_part {
         struct bounds all;
         double least;
-    } * parts; /* one for each part of ROUND_ITEMS primitives */
+    } * parts; /* one for each part of CHUNK_ITEMS primitives */
 };
 
-static void survey_part(void *context, uint32_t round)
+static void survey_part(void *context, uint32_t iteration)
 {
     const struct survey *survey = context;
     const struct scene *scene = survey->scene;
-    uint64_t first = (uint64_t)round * ROUND_ITEMS, left = bounded_count(scene) - first;
-    uint32_t count = left < ROUND_ITEMS ? (uint32_t)left : ROUND_ITEMS;
+    uint64_t first = (uint64_t)iteration * CHUNK_ITEMS, left = bounded_count(scene) - first;
+    uint32_t count = left < CHUNK_ITEMS ? (uint32_t)left : CHUNK_ITEMS;
     struct survey_part part = {BOUNDS_NONE, INFINITE};
     for (uint32_t i = 0, id = bounded_id(scene, first); i < count; i++) {
         if (i > 0) id = bounded_id_after(scene, id);
@@ -77,15 +77,15 @@ static void survey_part(void *context, uint32_t round)
         bounds_add(&part.all, &box);
         if (size > 0) part.least = smaller_number(part.least, size);
     }
-    survey->parts[round] = part;
+    survey->parts[iteration] = part;
 }
 
-static struct survey_part survey_scene(const struct scene *scene, struct crew *crew)
+static struct survey_part survey_scene(const struct scene *scene, struct thread_pool *pool)
 {
-    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), ROUND_ITEMS);
+    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS);
     struct survey survey = {scene, allocate(rounds, sizeof *survey.parts)};
     struct survey_part whole = {BOUNDS_NONE, INFINITE};
-    crew_share(crew, rounds, survey_part, &survey);
+    thread_pool_for(pool, rounds, survey_part, &survey);
     for (uint32_t i = 0; i < rounds; i++) {
         bounds_add(&whole.all, &survey.parts[i].all);
         whole.least = smaller_number(whole.least, survey.parts[i].least);
@@ -301,9 +301,9 @@ static void divide(const struct scene *scene, struct bvh_trees *trees)
     if (trees->count > 1 && !memchr(trees->tree_of, 0, all)) remove_first_tree(trees, all);
 }
 
-void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees)
+void bvh_trees_find(const struct scene *scene, struct thread_pool *pool, struct bvh_trees *trees)
 {
-    struct survey_part whole = survey_scene(scene, crew);
+    struct survey_part whole = survey_scene(scene, pool);
     *trees = (struct bvh_trees){.count = 1};
     find_center(scene, &whole.all, trees->center[0]);
     if (whole.least * FINE < farthest_from(&whole.all, trees->center[0])) divide(scene, trees);

@@ -10,8 +10,8 @@
 
 #include <stdint.h>
 
-#include "common/crew.h"
 #include "common/scene.h"
+#include "common/thread_pool.h"
 
 /* Each tree costs a pass over some primitives while trees are built, and a box test for every ray; eight boxes cost
  * as much as one node. */
@@ -45,9 +45,9 @@ static inline const double *center_of_bounded(const struct bvh_trees *trees, uin
     return trees->center[tree_of_bounded(trees, index)];
 }
 
-/* For a scene with a bounded primitive. No tree is empty. The result does not depend on the crew, which may be NULL.
+/* For a scene with a bounded primitive. No tree is empty. The result does not depend on the pool, which may be NULL.
  * *trees: free it with bvh_trees_free(). */
-void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees);
+void bvh_trees_find(const struct scene *scene, struct thread_pool *pool, struct bvh_trees *trees);
 void bvh_trees_free(struct bvh_trees *trees);
 
 #endif

@@ -9,27 +9,27 @@
 
 #include <cmocka.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 
 struct loop {
     uint32_t count;
-    _Atomic uint32_t done, *times; /* of each round */
+    _Atomic uint32_t done, *times; /* of each iteration */
 };
 
-static void round_of(void *context, uint32_t round)
+static void count_iteration(void *context, uint32_t iteration)
 {
     struct loop *loop = context;
-    assert_true(round < loop->count);
-    atomic_fetch_add(&loop->times[round], 1);
+    assert_true(iteration < loop->count);
+    atomic_fetch_add(&loop->times[iteration], 1);
     atomic_fetch_add(&loop->done, 1);
 }
 
-/* Checks that every round is done once, and that all are done when the loop returns. */
-static void check_loop(struct crew *crew, uint32_t count)
+/* Checks that every iteration is done once, and that all are done when the loop returns. */
+static void check_loop(struct thread_pool *pool, uint32_t count)
 {
     struct loop loop = {.count = count, .times = calloc(count + 1, sizeof *loop.times)};
     assert_non_null(loop.times);
-    crew_share(crew, count, round_of, &loop);
+    thread_pool_for(pool, count, count_iteration, &loop);
     assert_int_equal(loop.done, count);
     for (uint32_t i = 0; i < count; i++)
         assert_int_equal(loop.times[i], 1);
@@ -40,11 +40,11 @@ static void test_loops(void **state)
 {
     (void)state;
     const uint32_t counts[] = {0, 1, 2, 3, 100, 5000};
-    for (unsigned members = 1; members <= 9; members += 2) {
-        struct crew *crew = crew_gather(members);
+    for (unsigned threads = 1; threads <= 9; threads += 2) {
+        struct thread_pool *pool = thread_pool_create(threads);
         for (unsigned i = 0; i < 200; i++)
-            check_loop(crew, counts[i % 6]);
-        crew_dismiss(crew);
+            check_loop(pool, counts[i % 6]);
+        thread_pool_destroy(pool);
     }
 }
 
@@ -52,7 +52,7 @@ static void test_nobody(void **state)
 {
     (void)state;
     check_loop(NULL, 7);
-    crew_dismiss(crew_gather(4)); /* before they have done anything */
+    thread_pool_destroy(thread_pool_create(4)); /* before they have done anything */
 }
 
 static double burned(void)
@@ -62,11 +62,11 @@ static double burned(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-/* Two rounds that wait for each other, so that a thread other than the caller does one of them. */
-static void burn(void *context, uint32_t round)
+/* Two iterations that wait for each other, so that a thread other than the caller does one of them. */
+static void burn(void *context, uint32_t iteration)
 {
     struct loop *loop = context;
-    (void)round;
+    (void)iteration;
     atomic_fetch_add(&loop->done, 1);
     while (atomic_load(&loop->done) < loop->count) {
     }
@@ -76,14 +76,14 @@ static void test_cpu_time(void **state)
 {
     (void)state;
     struct loop loop = {.count = 2};
-    struct crew *crew = crew_gather(2);
-    assert_true(crew_cpu_s(crew) == 0);
+    struct thread_pool *pool = thread_pool_create(2);
+    assert_true(thread_pool_cpu_s(pool) == 0);
     double before = burned();
-    crew_share(crew, loop.count, burn, &loop);
-    double seconds = crew_cpu_s(crew);
+    thread_pool_for(pool, loop.count, burn, &loop);
+    double seconds = thread_pool_cpu_s(pool);
     assert_true(seconds > 0 && seconds <= burned() - before);
-    crew_dismiss(crew);
-    assert_true(crew_cpu_s(NULL) == 0);
+    thread_pool_destroy(pool);
+    assert_true(thread_pool_cpu_s(NULL) == 0);
 }
 
 int main(void)
