@@ -135,4 +135,12 @@ static inline int vec_is_zero(struct vec3 a)
     return a.x == 0 && a.y == 0 && a.z == 0;
 }
 
+_Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "vec_component() steps over doubles");
+
+/* x, y or z for axis 0, 1 or 2. */
+static inline double vec_component(const struct vec3 *v, unsigned axis)
+{
+    return *(const double *)(const void *)((const char *)v + axis * sizeof(double));
+}
+
 #endif

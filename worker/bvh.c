@@ -90,7 +90,7 @@ struct part {
 
 /* The primitives of one of the trees. */
 struct collection {
-    const struct whole *whole;
+    const struct bvh_input *input;
     const struct bvh_trees *trees;
     const struct bvh_slivers *slivers;
     uint32_t tree;
@@ -104,7 +104,7 @@ typedef void visit_member(const struct collection *all, struct part *part, uint6
 static INLINED void visit_members(const struct collection *all, uint32_t iteration,
                                   visit_member *visit)
 {
-    const struct scene *scene = all->whole->scene;
+    const struct scene *scene = all->input->scene;
     uint64_t first = (uint64_t)iteration * CHUNK_ITEMS, end = bounded_count(scene);
     if (end - first > CHUNK_ITEMS) end = first + CHUNK_ITEMS;
     /* Most parts have no primitive in most trees. */
@@ -118,35 +118,35 @@ static INLINED void visit_members(const struct collection *all, uint32_t iterati
     }
 }
 
-static INLINED struct item item_in(const struct whole *whole, uint32_t id, struct bounds bounds)
+static INLINED struct item item_in(const struct bvh_input *input, uint32_t id, struct bounds bounds)
 {
     struct item item = {.id = id, .weight = weight_of(primitive_kind(id))};
     for (unsigned axis = 0; axis < 3; axis++) {
-        item.min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
-        item.max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
+        item.min[axis] = round_down(bounds.min[axis] - input->center[axis]);
+        item.max[axis] = round_up(bounds.max[axis] - input->center[axis]);
     }
     return item;
 }
 
-static INLINED struct item item_of(const struct whole *whole, uint32_t id)
+static INLINED struct item item_of(const struct bvh_input *input, uint32_t id)
 {
-    return item_in(whole, id, primitive_bounds(whole->scene, id));
+    return item_in(input, id, primitive_bounds(input->scene, id));
 }
 
-static uint32_t cut_rod(const struct whole *whole, struct item *item, unsigned halvings)
+static uint32_t cut_rod(const struct bvh_input *input, struct item *item, unsigned halvings)
 {
     uint32_t id = item->id, count = UINT32_C(1) << halvings;
-    const struct cone *cone = &scene_cones(whole->scene)[primitive_index(id)];
+    const struct cone *cone = &scene_cones(input->scene)[primitive_index(id)];
     for (uint32_t i = 0; i < count; i++)
-        item[i] = item_in(whole, id, cone_piece_bounds(cone, i, count));
+        item[i] = item_in(input, id, cone_piece_bounds(cone, i, count));
     return count;
 }
 
 /* Replaces an item by its pieces, for which there must be room; returns their number. */
-static uint32_t cut(const struct whole *whole, struct item *item, unsigned halvings)
+static uint32_t cut(const struct bvh_input *input, struct item *item, unsigned halvings)
 {
-    return is_triangle(item->id) ? halve_triangle(whole, item, halvings)
-                                 : cut_rod(whole, item, halvings);
+    return is_triangle(item->id) ? halve_triangle(input, item, halvings)
+                                 : cut_rod(input, item, halvings);
 }
 
 static INLINED unsigned halvings_of(const struct collection *all, uint64_t index)
@@ -167,8 +167,8 @@ static INLINED void count_member(const struct collection *all, struct part *part
         part->count += (UINT32_C(1) << halvings) - 1;
         return;
     }
-    struct item pieces[1 << HALVINGS_MAX] = {item_of(all->whole, id)};
-    part->count += halve_triangle(all->whole, pieces, halvings) - 1;
+    struct item pieces[1 << HALVINGS_MAX] = {item_of(all->input, id)};
+    part->count += halve_triangle(all->input, pieces, halvings) - 1;
 }
 
 static void count_part(void *context, uint32_t iteration)
@@ -182,10 +182,10 @@ static INLINED void collect_member(const struct collection *all, struct part *pa
                                    uint32_t id)
 {
     unsigned halvings = halvings_of(all, index);
-    struct item *item = &all->whole->items[part->first + part->range.count];
+    struct item *item = &all->input->items[part->first + part->range.count];
     uint32_t count = 1;
-    *item = item_of(all->whole, id);
-    if (halvings > 0) count = cut(all->whole, item, halvings);
+    *item = item_of(all->input, id);
+    if (halvings > 0) count = cut(all->input, item, halvings);
     for (uint32_t i = 0; i < count; i++)
         range_add(&part->range, &item[i]);
 }
@@ -197,19 +197,19 @@ static void collect_part(void *context, uint32_t iteration)
     visit_members(all, iteration, collect_member);
 }
 
-static struct range collect_items(const struct whole *whole, const struct bvh_trees *trees,
+static struct range collect_items(const struct bvh_input *input, const struct bvh_trees *trees,
                                   const struct bvh_slivers *slivers, uint32_t tree)
 {
-    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), CHUNK_ITEMS), uncut = 0;
-    struct collection all = {whole, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
+    uint32_t parts = divide_up((uint32_t)bounded_count(input->scene), CHUNK_ITEMS), uncut = 0;
+    struct collection all = {input, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
-    thread_pool_for(whole->pool, parts, count_part, &all);
+    thread_pool_for(input->pool, parts, count_part, &all);
     for (uint32_t i = 0, first = 0; i < parts; i++) {
         all.parts[i].first = first;
         first += all.parts[i].count;
         uncut += all.parts[i].uncut;
     }
-    thread_pool_for(whole->pool, parts, collect_part, &all);
+    thread_pool_for(input->pool, parts, collect_part, &all);
     for (uint32_t i = 0; i < parts; i++)
         range_append(&range, &all.parts[i].range);
     range.room = uncut / PIECES_SHARE;
@@ -243,17 +243,17 @@ static struct bvh *empty_tree(const struct scene *scene, void *memory)
 }
 
 /* Builds a tree; returns the offset from its start at which the next one may begin. */
-static size_t build_tree(const struct whole *whole, const struct bvh_trees *trees,
+static size_t build_tree(const struct bvh_input *input, const struct bvh_trees *trees,
                          const struct bvh_slivers *slivers, uint32_t tree, struct bvh *bvh)
 {
-    struct range all = collect_items(whole, trees, slivers, tree);
+    struct range all = collect_items(input, trees, slivers, tree);
     write_bounds(bvh, &all.extent);
     struct bvh_node *nodes = (void *)((char *)bvh + bvh->nodes_offset);
-    uint32_t node_count = bvh_build_nodes(whole, &all, nodes);
+    uint32_t node_count = bvh_build_nodes(input, &all, nodes);
     bvh->node_count = node_count;
     bvh->leaves_offset += node_count * sizeof *nodes;
     struct bvh_leaf *leaves = (void *)((char *)bvh + bvh->leaves_offset);
-    struct leaf_room room = bvh_write_leaves(whole, nodes, node_count, leaves);
+    struct leaf_room room = bvh_write_leaves(input, nodes, node_count, leaves);
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
     size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, BVH_ALIGNMENT);
@@ -297,20 +297,20 @@ static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t o
     return offset + boxes->nodes_offset + boxes->node_count * sizeof *nodes;
 }
 
-static void build_trees(struct whole *whole, const struct bvh_trees *trees,
+static void build_trees(struct bvh_input *input, const struct bvh_trees *trees,
                         const struct bvh_slivers *slivers, struct bvh *first)
 {
     struct bvh *bvh = first;
     size_t bytes = 0;
     for (uint32_t tree = 0; tree < trees->count; tree++) {
-        if (tree > 0) bvh = empty_tree(whole->scene, (char *)first + bytes);
+        if (tree > 0) bvh = empty_tree(input->scene, (char *)first + bytes);
         memcpy(bvh->center, trees->center[tree], sizeof bvh->center);
-        whole->center = bvh->center;
-        size_t end = build_tree(whole, trees, slivers, tree, bvh);
+        input->center = bvh->center;
+        size_t end = build_tree(input, trees, slivers, tree, bvh);
         bytes += end;
         if (tree + 1 < trees->count) bvh->next_offset = end;
     }
-    if (trees->count > 1) bytes = write_boxes(whole->scene, first, bytes);
+    if (trees->count > 1) bytes = write_boxes(input->scene, first, bytes);
     first->bytes = bytes;
 }
 
@@ -323,15 +323,16 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct bvh_trees trees;
     struct bvh_slivers slivers;
-    struct whole whole = {.scene = scene,
-                          .items = allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
-                          .pool = threads > 1 ? thread_pool_create(threads) : NULL};
-    bvh_trees_find(scene, whole.pool, &trees);
-    bvh_slivers_find(scene, whole.pool, &trees, &slivers);
-    build_trees(&whole, &trees, &slivers, bvh);
+    struct bvh_input input = {.scene = scene,
+                              .items =
+                                  allocate_large((size_t)leaf_bound(scene) * sizeof *input.items),
+                              .pool = threads > 1 ? thread_pool_create(threads) : NULL};
+    bvh_trees_find(scene, input.pool, &trees);
+    bvh_slivers_find(scene, input.pool, &trees, &slivers);
+    build_trees(&input, &trees, &slivers, bvh);
     bvh_slivers_free(&slivers);
     bvh_trees_free(&trees);
-    if (whole.pool) thread_pool_destroy(whole.pool);
-    free(whole.items);
+    if (input.pool) thread_pool_destroy(input.pool);
+    free(input.items);
     return bvh;
 }

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "worker/shape.h"
+#include "worker/bounds.h"
 
 /* This many boxes in one cube are a crowd. */
 #define CROWD 16

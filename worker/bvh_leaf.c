@@ -104,7 +104,7 @@ struct leaf_part {
 };
 
 struct leaf_writer {
-    const struct whole *whole;
+    const struct bvh_input *input;
     struct bvh_node *nodes;
     uint32_t node_count;
     struct bvh_leaf *leaves;
@@ -147,7 +147,7 @@ static void measure_part(void *context, uint32_t iteration)
         struct bvh_node *node = &writer->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             if (node->count[slot] == 0) continue;
-            struct item *items = writer->whole->items + node->child[slot];
+            struct item *items = writer->input->items + node->child[slot];
             uint32_t count = join_pieces(items, node->count[slot]), triangles = 0;
             while (triangles < count && is_triangle(items[triangles].id))
                 triangles++;
@@ -161,38 +161,38 @@ static void measure_part(void *context, uint32_t iteration)
 static void write_part(void *context, uint32_t iteration)
 {
     const struct leaf_writer *writer = context;
-    const struct whole *whole = writer->whole;
+    const struct bvh_input *input = writer->input;
     uint64_t place = writer->parts[iteration].first;
     for (uint32_t n = iteration * PART_NODES; n < part_end(writer, iteration); n++) {
         struct bvh_node *node = &writer->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             uint32_t count = node->count[slot];
             if (count == 0) continue;
-            const struct item *items = whole->items + node->child[slot];
+            const struct item *items = input->items + node->child[slot];
             struct bvh_leaf *leaf = writer->leaves + place;
             for (uint32_t i = 0; i < count; i++)
-                leaf[i] = bvh_leaf_of(whole->scene, items[i].id);
+                leaf[i] = bvh_leaf_of(input->scene, items[i].id);
             node->child[slot] = (uint32_t)place;
-            place += count + bvh_write_corners(whole->scene, whole->center, leaf, count);
+            place += count + bvh_write_corners(input->scene, input->center, leaf, count);
         }
     }
 }
 
-struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
+struct leaf_room bvh_write_leaves(const struct bvh_input *input, struct bvh_node *nodes,
                                   uint32_t node_count, struct bvh_leaf *leaves)
 {
     uint32_t parts = divide_up(node_count, PART_NODES);
-    struct leaf_writer writer = {whole, nodes, node_count, leaves,
+    struct leaf_writer writer = {input, nodes, node_count, leaves,
                                  allocate(parts, sizeof *writer.parts)};
     struct leaf_room all = {0, 0};
-    thread_pool_for(whole->pool, parts, measure_part, &writer);
+    thread_pool_for(input->pool, parts, measure_part, &writer);
     for (uint32_t i = 0; i < parts; i++) {
         writer.parts[i].first = all.room;
         all.entries += writer.parts[i].entries;
         all.room += writer.parts[i].room;
     }
     if (all.room > UINT32_MAX) fatal("the scene has more triangles than a tree can hold");
-    thread_pool_for(whole->pool, parts, write_part, &writer);
+    thread_pool_for(input->pool, parts, write_part, &writer);
     free(writer.parts);
     return all;
 }

@@ -17,7 +17,7 @@ struct leaf_room {
 
 /* Writes the leaves of bvh_build_nodes() in the order of their nodes, which get their positions. Pieces of the same
  * primitive become one entry of a leaf. Fatal if the leaves take more than UINT32_MAX entries. */
-struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
+struct leaf_room bvh_write_leaves(const struct bvh_input *input, struct bvh_node *nodes,
                                   uint32_t node_count, struct bvh_leaf *leaves);
 
 #endif

@@ -35,7 +35,7 @@ struct subtree {
 
 /* The construction of the top of the tree, or of a subtree. */
 struct build {
-    struct whole whole;
+    struct bvh_input input;
     struct bvh_node *nodes;
     uint32_t node_count;
     double area;            /* of the root of the whole tree */
@@ -61,11 +61,11 @@ static bool may_be_leaf(const struct range *range)
 
 static struct split find_split(const struct build *build, const struct range *range)
 {
-    struct split split = find_object_split(&build->whole, range);
+    struct split split = find_object_split(&build->input, range);
     double least =
-        larger_number(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
+        larger_number(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_half_area(&range->extent));
     if (range->room == 0 || !(split.overlap > least)) return split;
-    return find_spatial_split(&build->whole, range, &split);
+    return find_spatial_split(&build->input, range, &split);
 }
 
 /* Dividing a child that would be an inner node saves a visit of it. Dividing a possible leaf saves tests, as the
@@ -73,7 +73,7 @@ static struct split find_split(const struct build *build, const struct range *ra
 static struct child new_child(const struct build *build, const struct range *range)
 {
     struct child child = {.range = *range, .gain = 0};
-    double area = extent_area(&range->extent);
+    double area = extent_half_area(&range->extent);
     if (!may_be_leaf(range)) {
         child.gain = STEP_COST * area;
     } else if (range->count > 1) {
@@ -125,10 +125,10 @@ static unsigned find_children(struct build *build, const struct range *range, un
         struct child *child = &children[chosen];
         struct range left, right;
         if (halving) {
-            halve_range(&build->whole, &child->range, &left, &right);
+            halve_range(&build->input, &child->range, &left, &right);
         } else {
             if (!may_be_leaf(&child->range)) child->split = find_split(build, &child->range);
-            split_range(&build->whole, &child->range, &child->split, &left, &right);
+            split_range(&build->input, &child->range, &child->split, &left, &right);
         }
         *child = new_child(build, &left);
         children[count++] = new_child(build, &right);
@@ -201,8 +201,8 @@ static void build_subtree(void *context, uint32_t iteration)
     subtree->nodes = aligned_alloc(_Alignof(struct bvh_node), bound * sizeof *subtree->nodes);
     if (!subtree->nodes) fatal("out of memory: there is no room for a part of the tree");
     struct build build = {
-        .whole = top->whole, .nodes = subtree->nodes, .node_count = 1, .area = top->area};
-    build.whole.pool = NULL;
+        .input = top->input, .nodes = subtree->nodes, .node_count = 1, .area = top->area};
+    build.input.pool = NULL;
     build_node(&build, 0, range, subtree->depth);
     subtree->node_count = build.node_count;
 }
@@ -233,11 +233,12 @@ static void place_subtrees(struct build *top)
     }
 }
 
-uint32_t bvh_build_nodes(const struct whole *whole, const struct range *all, struct bvh_node *nodes)
+uint32_t bvh_build_nodes(const struct bvh_input *input, const struct range *all,
+                         struct bvh_node *nodes)
 {
-    struct build top = {.whole = *whole,
+    struct build top = {.input = *input,
                         .nodes = nodes,
-                        .area = extent_area(&all->extent),
+                        .area = extent_half_area(&all->extent),
                         .subtree_items = all->count / SUBTREE_SHARE};
     if (top.subtree_items < SUBTREE_ITEMS) top.subtree_items = SUBTREE_ITEMS;
     if (all->count <= top.subtree_items) {
@@ -246,9 +247,9 @@ uint32_t bvh_build_nodes(const struct whole *whole, const struct range *all, str
         top.node_count = 1;
         build_node(&top, 0, all, 0);
     }
-    thread_pool_for(whole->pool, top.subtree_count, build_subtree, &top);
+    thread_pool_for(input->pool, top.subtree_count, build_subtree, &top);
     place_subtrees(&top);
-    thread_pool_for(whole->pool, top.subtree_count, move_subtree, &top);
+    thread_pool_for(input->pool, top.subtree_count, move_subtree, &top);
     free(top.subtrees);
     return top.node_count;
 }

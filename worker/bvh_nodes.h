@@ -30,10 +30,10 @@ void bvh_fill_slot(struct bvh_node *node, unsigned slot, const struct extent *ex
 
 /*
  * Builds the nodes over all items, whose range must not be empty, and returns their number. `nodes` has room for
- * bvh_nodes_bound() of them. The child and count of a leaf denote a range of whole->items, to be replaced by
+ * bvh_nodes_bound() of them. The child and count of a leaf denote a range of input->items, to be replaced by
  * bvh_write_leaves(). The items are reordered, and pieces are added as long as there is room.
  */
-uint32_t bvh_build_nodes(const struct whole *whole, const struct range *all,
+uint32_t bvh_build_nodes(const struct bvh_input *input, const struct range *all,
                          struct bvh_node *nodes);
 
 #endif

@@ -9,7 +9,7 @@ double rod_waste(const struct cone *cone)
     struct bounds box = cone_bounds(cone);
     double radius = larger_number(cone->base_radius, cone->apex_radius);
     double length = vec_length(vec_sub(cone->apex, cone->base));
-    return bounds_area(&box) / (4 * radius * (length + radius));
+    return bounds_half_area(&box) / (4 * radius * (length + radius));
 }
 
 /* The rods of a scene; counts of the boxes of the rods, and of the boxes of their pieces, by grid cubes. */

@@ -47,7 +47,7 @@ static double triangle_waste(const struct scene *scene, uint32_t id)
     const struct vec3 *vertices = scene_vertices(scene);
     struct vec3 a = vertices[corner[0]], b = vertices[corner[1]], c = vertices[corner[2]];
     struct bounds box = triangle_bounds(&a, &b, &c);
-    return bounds_area(&box) / vec_length(vec_cross(vec_sub(b, a), vec_sub(c, a)));
+    return bounds_half_area(&box) / vec_length(vec_cross(vec_sub(b, a), vec_sub(c, a)));
 }
 
 static uint8_t halvings_of(const struct scene *scene, uint32_t id)
@@ -80,10 +80,10 @@ static void search_part(void *context, uint32_t iteration)
 /* Considers each primitive on its own. Returns the number of slivers. */
 static uint32_t find_slivers(const struct scene *scene, struct thread_pool *pool, uint8_t *halvings)
 {
-    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS), found = 0;
-    struct search search = {scene, halvings, allocate(rounds, sizeof *search.found)};
-    thread_pool_for(pool, rounds, search_part, &search);
-    for (uint32_t i = 0; i < rounds; i++)
+    uint32_t parts = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS), found = 0;
+    struct search search = {scene, halvings, allocate(parts, sizeof *search.found)};
+    thread_pool_for(pool, parts, search_part, &search);
+    for (uint32_t i = 0; i < parts; i++)
         found += search.found[i];
     free(search.found);
     return found;
@@ -135,7 +135,7 @@ static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
         bounds_add(&boxes[tree_of_bounded(trees, i)], &box);
     }
     for (uint32_t tree = 0; tree < trees->count; tree++)
-        areas[tree] = bounds_area(&boxes[tree]);
+        areas[tree] = bounds_half_area(&boxes[tree]);
 }
 
 /* The number of halvings that pay off: each leaves pieces with a quarter of the area. */
@@ -154,7 +154,7 @@ static void leave_small_pieces(const struct scene *scene, const struct bvh_trees
     for (uint32_t i = 0; i < all; i++) {
         if (halvings[i] == 0) continue;
         struct bounds box = primitive_bounds(scene, bounded_id(scene, i));
-        uint8_t worth = halvings_worth(bounds_area(&box) / areas[tree_of_bounded(trees, i)]);
+        uint8_t worth = halvings_worth(bounds_half_area(&box) / areas[tree_of_bounded(trees, i)]);
         if (halvings[i] > worth) halvings[i] = worth;
     }
 }

@@ -112,10 +112,10 @@ static void place_bins(struct binning *binning, uint32_t items, float4 low, floa
     binning->low[3] = binning->scale[3] = 0;
 }
 
-static void bin_by_center(const struct whole *whole, struct binning *binning, uint32_t begin,
+static void bin_by_center(const struct bvh_input *input, struct binning *binning, uint32_t begin,
                           uint32_t end)
 {
-    const struct item *items = whole->items;
+    const struct item *items = input->items;
     const float4 low = binning->low, scale = binning->scale;
     const float4 last = all4((float)(binning->count - 1));
     for (uint32_t i = begin; i < end; i++) {
@@ -130,12 +130,12 @@ static void bin_by_center(const struct whole *whole, struct binning *binning, ui
 }
 
 /* Adds the items with indices in [begin, end) to bins. */
-typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
+typedef void bin_items(const struct bvh_input *input, struct binning *binning, uint32_t begin,
                        uint32_t end);
 
 /* Separate bins for the items of each iteration. */
 struct bin_parts {
-    const struct whole *whole;
+    const struct bvh_input *input;
     uint32_t begin, end;
     bin_items *bin;
     struct binning *parts;
@@ -146,7 +146,7 @@ static void bin_part(void *context, uint32_t iteration)
     const struct bin_parts *all = context;
     uint32_t begin = all->begin + iteration * CHUNK_ITEMS;
     uint32_t end = all->end - begin < CHUNK_ITEMS ? all->end : begin + CHUNK_ITEMS;
-    all->bin(all->whole, &all->parts[iteration], begin, end);
+    all->bin(all->input, &all->parts[iteration], begin, end);
 }
 
 /* Adds minima, maxima and sums of integers: the result does not depend on the order. */
@@ -164,19 +164,19 @@ static void add_bins(struct binning *binning, const struct binning *more)
 }
 
 /* Adds all items of a range to bins, which must be empty. */
-static void bin_range(const struct whole *whole, struct binning *binning, const struct range *range,
-                      bin_items *bin)
+static void bin_range(const struct bvh_input *input, struct binning *binning,
+                      const struct range *range, bin_items *bin)
 {
     uint32_t begin = range->first, end = begin + range->count,
              parts = divide_up(end - begin, CHUNK_ITEMS);
-    if (!whole->pool || parts < 2) {
-        bin(whole, binning, begin, end);
+    if (!input->pool || parts < 2) {
+        bin(input, binning, begin, end);
         return;
     }
-    struct bin_parts all = {whole, begin, end, bin, allocate(parts, sizeof *all.parts)};
+    struct bin_parts all = {input, begin, end, bin, allocate(parts, sizeof *all.parts)};
     for (uint32_t i = 0; i < parts; i++)
         all.parts[i] = *binning;
-    thread_pool_for(whole->pool, parts, bin_part, &all);
+    thread_pool_for(input->pool, parts, bin_part, &all);
     for (uint32_t i = 0; i < parts; i++)
         add_bins(binning, &all.parts[i]);
     free(all.parts);
@@ -199,7 +199,8 @@ static struct border sweep_bins(const struct bins *bins, const uint32_t *right_w
     rights[count - 1] = bins->extent[count - 1];
     for (unsigned b = count - 1; b > 0; b--) {
         right_weight += right_weights[b];
-        right_cost[b] = right_weight ? extent_area(&rights[b]) * cost_of(right_weight) : INFINITE;
+        right_cost[b] =
+            right_weight ? extent_half_area(&rights[b]) * cost_of(right_weight) : INFINITE;
         rights[b - 1] = rights[b];
         extend(&rights[b - 1], &bins->extent[b - 1]);
     }
@@ -207,20 +208,20 @@ static struct border sweep_bins(const struct bins *bins, const uint32_t *right_w
         extend(&left, &bins->extent[b]);
         left_weight += bins->begin[b];
         if (left_weight == 0) continue;
-        double cost = extent_area(&left) * cost_of(left_weight) + right_cost[b + 1];
+        double cost = extent_half_area(&left) * cost_of(left_weight) + right_cost[b + 1];
         if (!(cost < best.cost)) continue;
         struct extent common = intersection(&left, &rights[b + 1]);
-        best = (struct border){b, cost, extent_area(&common)};
+        best = (struct border){b, cost, extent_half_area(&common)};
     }
     return best;
 }
 
-struct split find_object_split(const struct whole *whole, const struct range *range)
+struct split find_object_split(const struct bvh_input *input, const struct range *range)
 {
     struct binning binning;
     struct split best = {.cost = INFINITE, .overlap = INFINITE};
     place_bins(&binning, range->count, range->centers.min, range->centers.max);
-    bin_range(whole, &binning, range, bin_by_center);
+    bin_range(input, &binning, range, bin_by_center);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];
@@ -253,14 +254,14 @@ static inline struct extent round_outward(const double point[3])
     return (struct extent){max4(x - error, -top), min4(x + error, top)};
 }
 
-static struct corners corners_of(const struct whole *whole, uint32_t id)
+static struct corners corners_of(const struct bvh_input *input, uint32_t id)
 {
-    const uint32_t *index = corner_indices(whole->scene, id);
-    const struct vec3 *vertices = scene_vertices(whole->scene);
+    const uint32_t *index = corner_indices(input->scene, id);
+    const struct vec3 *vertices = scene_vertices(input->scene);
     struct corners corners;
     for (unsigned i = 0; i < 3; i++) {
         for (unsigned axis = 0; axis < 3; axis++)
-            corners.at[i][axis] = vec_component(&vertices[index[i]], axis) - whole->center[axis];
+            corners.at[i][axis] = vec_component(&vertices[index[i]], axis) - input->center[axis];
         corners.rounded[i] = round_outward(corners.at[i]);
     }
     return corners;
@@ -315,7 +316,7 @@ static void bin_pieces(const struct corners *corners, struct binning *binning, u
     extend(&binning->axes[axis].extent[last], &rest);
 }
 
-static void bin_item_by_place(const struct whole *whole, struct binning *binning,
+static void bin_item_by_place(const struct bvh_input *input, struct binning *binning,
                               const struct item *item)
 {
     const float4 last_bin = all4((float)(binning->count - 1));
@@ -337,26 +338,26 @@ static void bin_item_by_place(const struct whole *whole, struct binning *binning
             extend(&bins->extent[first], &extent);
             continue;
         }
-        if (!known) corners = corners_of(whole, item->id);
+        if (!known) corners = corners_of(input, item->id);
         known = true;
         bin_pieces(&corners, binning, axis, &extent, first, last);
     }
 }
 
-static void bin_by_place(const struct whole *whole, struct binning *binning, uint32_t begin,
+static void bin_by_place(const struct bvh_input *input, struct binning *binning, uint32_t begin,
                          uint32_t end)
 {
     for (uint32_t i = begin; i < end; i++)
-        bin_item_by_place(whole, binning, &whole->items[i]);
+        bin_item_by_place(input, binning, &input->items[i]);
 }
 
-struct split find_spatial_split(const struct whole *whole, const struct range *range,
+struct split find_spatial_split(const struct bvh_input *input, const struct range *range,
                                 const struct split *split)
 {
     struct binning binning;
     struct split best = *split;
     place_bins(&binning, range->count, range->extent.min, range->extent.max);
-    bin_range(whole, &binning, range, bin_by_place);
+    bin_range(input, &binning, range, bin_by_place);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];
@@ -372,17 +373,17 @@ struct split find_spatial_split(const struct whole *whole, const struct range *r
 
 /* ---- dividing ---- */
 
-void halve_range(const struct whole *whole, const struct range *range, struct range *left,
+void halve_range(const struct bvh_input *input, const struct range *range, struct range *left,
                  struct range *right)
 {
     uint32_t middle = range->first + range->count / 2, end = range->first + range->count;
     *left = range_empty(range->first);
     for (uint32_t i = range->first; i < middle; i++)
-        add(left, &whole->items[i]);
+        add(left, &input->items[i]);
     *right = range_empty(middle);
     right->room = range->room;
     for (uint32_t i = middle; i < end; i++)
-        add(right, &whole->items[i]);
+        add(right, &input->items[i]);
 }
 
 static inline bool is_left(const struct item *item, const struct split *split)
@@ -421,9 +422,9 @@ static bool cut_item(const struct corners *corners, struct item *item, unsigned 
     return true;
 }
 
-uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings)
+uint32_t halve_triangle(const struct bvh_input *input, struct item *item, unsigned halvings)
 {
-    struct corners corners = corners_of(whole, item->id);
+    struct corners corners = corners_of(input, item->id);
     uint32_t end = 1;
     for (; halvings > 0; halvings--)
         for (uint32_t i = 0, count = end; i < count; i++) {
@@ -436,17 +437,17 @@ uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned h
 
 /* Cuts the triangles across the plane in two as long as there is room; the right parts are added at the end. Returns
  * the number of items then. */
-static uint32_t cut_items(const struct whole *whole, const struct range *range,
+static uint32_t cut_items(const struct bvh_input *input, const struct range *range,
                           const struct split *split)
 {
     uint32_t end = range->first + range->count, limit = end + range->room;
     for (uint32_t i = range->first; i < range->first + range->count && end < limit; i++) {
-        struct item *item = &whole->items[i];
+        struct item *item = &input->items[i];
         bool across =
             item->min[split->axis] < split->plane && item->max[split->axis] > split->plane;
         if (!across || !is_triangle(item->id)) continue;
-        struct corners corners = corners_of(whole, item->id);
-        end += cut_item(&corners, item, split->axis, split->plane, &whole->items[end]);
+        struct corners corners = corners_of(input, item->id);
+        end += cut_item(&corners, item, split->axis, split->plane, &input->items[end]);
     }
     return end - range->first;
 }
@@ -464,15 +465,15 @@ static void share_room(struct item *items, uint32_t room, struct range *left, st
     right->first = first;
 }
 
-void split_range(const struct whole *whole, const struct range *range, const struct split *split,
-                 struct range *left, struct range *right)
+void split_range(const struct bvh_input *input, const struct range *range,
+                 const struct split *split, struct range *left, struct range *right)
 {
     if (isinf(split->cost)) {
-        halve_range(whole, range, left, right);
+        halve_range(input, range, left, right);
         return;
     }
-    struct item *items = whole->items;
-    uint32_t count = split->spatial ? cut_items(whole, range, split) : range->count;
+    struct item *items = input->items;
+    uint32_t count = split->spatial ? cut_items(input, range, split) : range->count;
     uint32_t begin = range->first, end = range->first + count;
     struct range sides[2] = {range_empty(begin), range_empty(begin)};
     for (;;) {
@@ -488,7 +489,7 @@ void split_range(const struct whole *whole, const struct range *range, const str
     if (sides[0].count == 0 || sides[1].count == 0) {
         struct range all = sides[sides[0].count == 0];
         all.room = range->room - (count - range->count);
-        halve_range(whole, &all, left, right);
+        halve_range(input, &all, left, right);
         return;
     }
     *left = sides[0];

@@ -64,8 +64,8 @@ struct split {
     double overlap; /* area of the intersection of both sides; spatial split: 0 */
 };
 
-/* The input and the items of the construction of a tree. */
-struct whole {
+/* What a tree is built from. The items are reordered and cut meanwhile. */
+struct bvh_input {
     const struct scene *scene;
     const double *center; /* of the tree, [3] */
     struct item *items;
@@ -100,23 +100,23 @@ static inline float open_above(float max)
 }
 
 /* The cheapest object split; cost is infinite if all centres coincide. */
-struct split find_object_split(const struct whole *whole, const struct range *range);
+struct split find_object_split(const struct bvh_input *input, const struct range *range);
 
 /* The cheapest spatial split, or *split if none is cheaper. */
-struct split find_spatial_split(const struct whole *whole, const struct range *range,
+struct split find_spatial_split(const struct bvh_input *input, const struct range *range,
                                 const struct split *split);
 
 /* Reorders the items of a range, and adds pieces as long as there is room; without a split (cost is infinite) halves
  * the range in its present order. Neither side becomes empty. */
-void split_range(const struct whole *whole, const struct range *range, const struct split *split,
-                 struct range *left, struct range *right);
+void split_range(const struct bvh_input *input, const struct range *range,
+                 const struct split *split, struct range *left, struct range *right);
 
 /* Halves a triangle's item repeatedly, each piece across its longest axis. There must be room for 2^halvings items
  * from `item` on. Returns the number of pieces: 2^halvings, or fewer. */
-uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings);
+uint32_t halve_triangle(const struct bvh_input *input, struct item *item, unsigned halvings);
 
 /* Divides a range in the middle, in its present order. */
-void halve_range(const struct whole *whole, const struct range *range, struct range *left,
+void halve_range(const struct bvh_input *input, const struct range *range, struct range *left,
                  struct range *right);
 
 #endif

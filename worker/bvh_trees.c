@@ -55,21 +55,21 @@ static double farthest_from(const struct bounds *box, const double center[3])
 }
 
 /* The box around all primitives, and the smallest size above 0 of one. */
-struct survey {
+struct measuring {
     const struct scene *scene;
-    struct survey_part {
+    struct sizes {
         struct bounds all;
         double least;
     } * parts; /* one for each part of CHUNK_ITEMS primitives */
 };
 
-static void survey_part(void *context, uint32_t iteration)
+static void measure_part(void *context, uint32_t iteration)
 {
-    const struct survey *survey = context;
-    const struct scene *scene = survey->scene;
+    const struct measuring *measuring = context;
+    const struct scene *scene = measuring->scene;
     uint64_t first = (uint64_t)iteration * CHUNK_ITEMS, left = bounded_count(scene) - first;
     uint32_t count = left < CHUNK_ITEMS ? (uint32_t)left : CHUNK_ITEMS;
-    struct survey_part part = {BOUNDS_NONE, INFINITE};
+    struct sizes part = {BOUNDS_NONE, INFINITE};
     for (uint32_t i = 0, id = bounded_id(scene, first); i < count; i++) {
         if (i > 0) id = bounded_id_after(scene, id);
         struct bounds box = primitive_bounds(scene, id);
@@ -77,20 +77,20 @@ static void survey_part(void *context, uint32_t iteration)
         bounds_add(&part.all, &box);
         if (size > 0) part.least = smaller_number(part.least, size);
     }
-    survey->parts[iteration] = part;
+    measuring->parts[iteration] = part;
 }
 
-static struct survey_part survey_scene(const struct scene *scene, struct thread_pool *pool)
+static struct sizes measure_scene(const struct scene *scene, struct thread_pool *pool)
 {
-    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS);
-    struct survey survey = {scene, allocate(rounds, sizeof *survey.parts)};
-    struct survey_part whole = {BOUNDS_NONE, INFINITE};
-    thread_pool_for(pool, rounds, survey_part, &survey);
-    for (uint32_t i = 0; i < rounds; i++) {
-        bounds_add(&whole.all, &survey.parts[i].all);
-        whole.least = smaller_number(whole.least, survey.parts[i].least);
+    uint32_t parts = divide_up((uint32_t)bounded_count(scene), CHUNK_ITEMS);
+    struct measuring measuring = {scene, allocate(parts, sizeof *measuring.parts)};
+    struct sizes whole = {BOUNDS_NONE, INFINITE};
+    thread_pool_for(pool, parts, measure_part, &measuring);
+    for (uint32_t i = 0; i < parts; i++) {
+        bounds_add(&whole.all, &measuring.parts[i].all);
+        whole.least = smaller_number(whole.least, measuring.parts[i].least);
     }
-    free(survey.parts);
+    free(measuring.parts);
     return whole;
 }
 
@@ -303,7 +303,7 @@ static void divide(const struct scene *scene, struct bvh_trees *trees)
 
 void bvh_trees_find(const struct scene *scene, struct thread_pool *pool, struct bvh_trees *trees)
 {
-    struct survey_part whole = survey_scene(scene, pool);
+    struct sizes whole = measure_scene(scene, pool);
     *trees = (struct bvh_trees){.count = 1};
     find_center(scene, &whole.all, trees->center[0]);
     if (whole.least * FINE < farthest_from(&whole.all, trees->center[0])) divide(scene, trees);

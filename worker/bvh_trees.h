@@ -20,8 +20,8 @@
 struct bvh_trees {
     uint32_t count;
     double center[TREES_MAX][3];
-    uint8_t *
-        tree_of; /* the tree of each bounded primitive, indexed as in bounded_id(); owned; NULL: all are in tree 0 */
+    /* The tree of each bounded primitive, indexed as in bounded_id(); owned; NULL: all are in tree 0. */
+    uint8_t *tree_of;
 };
 
 /* The number of bounded primitives, that is all but planes. */

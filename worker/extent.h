@@ -68,8 +68,8 @@ static inline bool extent_is_proper(const struct extent *extent)
            extent->min[2] <= extent->max[2];
 }
 
-/* Half of the surface area; 0 for an empty extent. In double, whose range holds the squares of floats. */
-static inline double extent_area(const struct extent *extent)
+/* Half the surface; 0 for an empty extent. In double, whose range holds the squares of floats. */
+static inline double extent_half_area(const struct extent *extent)
 {
     double x = (double)extent->max[0] - (double)extent->min[0];
     double y = (double)extent->max[1] - (double)extent->min[1];

@@ -1,4 +1,4 @@
-/* What all kinds of primitive have in common in the kernel. */
+/* Crossings of a ray with primitives of any kind: what they are, and which of them count. */
 #ifndef FARM_WORKER_SHAPE_H
 #define FARM_WORKER_SHAPE_H
 
@@ -6,52 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/extremes.h"
-#include "common/vec.h"
+#include "worker/bounds.h"
 #include "worker/exact.h"
 #include "worker/ray.h"
 
 /* Infinity as a double; INFINITY is a float. */
 #define INFINITE HUGE_VAL
-
-/* A box around a primitive, tight up to some roundings; the BVH rounds it outward. */
-struct bounds {
-    double min[3], max[3];
-};
-
-/* The empty box. */
-#define BOUNDS_NONE                                                                                \
-    ((struct bounds){{INFINITE, INFINITE, INFINITE}, {-INFINITE, -INFINITE, -INFINITE}})
-
-static inline void bounds_add(struct bounds *all, const struct bounds *more)
-{
-    for (unsigned axis = 0; axis < 3; axis++) {
-        all->min[axis] = smaller_number(all->min[axis], more->min[axis]);
-        all->max[axis] = larger_number(all->max[axis], more->max[axis]);
-    }
-}
-
-/* The largest extent. */
-static inline double bounds_size(const struct bounds *box)
-{
-    double size = 0;
-    for (unsigned axis = 0; axis < 3; axis++)
-        size = larger_number(size, box->max[axis] - box->min[axis]);
-    return size;
-}
-
-/* Half the surface. */
-static inline double bounds_area(const struct bounds *box)
-{
-    double x = box->max[0] - box->min[0], y = box->max[1] - box->min[1];
-    double z = box->max[2] - box->min[2];
-    return x * y + y * z + z * x;
-}
-
-static inline double bounds_middle(const struct bounds *box, unsigned axis)
-{
-    return box->min[axis] / 2 + box->max[axis] / 2;
-}
 
 /*
  * Crossings of a ray's line with a primitive: at most one for a surface, at most two for a convex solid
@@ -103,14 +63,6 @@ static inline double start_reach(const struct ray *ray)
 {
     if (ray->from == PRIMITIVE_NONE) return 0;
     return 2 * START_REACH * vec_largest(ray->origin) / vec_largest(ray->direction);
-}
-
-_Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "vec_component() steps over doubles");
-
-/* x, y or z for axis 0, 1 or 2. */
-static inline double vec_component(const struct vec3 *v, unsigned axis)
-{
-    return *(const double *)(const void *)((const char *)v + axis * sizeof(double));
 }
 
 #endif
