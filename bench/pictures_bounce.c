@@ -400,7 +400,7 @@ void run_glass_cluster(const struct budget *budget, struct case_result *result)
     struct renderer *renderer = renderer_create(scene, bvh);
     struct radiance radiance;
     radiance_init(&radiance, scene);
-    double brightest = radiance_most(&radiance);
+    double brightest = radiance_primary_bound(&radiance);
     radiance_free(&radiance);
     uint64_t most = 0;
     for (uint32_t i = 0; i < edge * edge; i++) {

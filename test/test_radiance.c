@@ -26,7 +26,7 @@ static struct vec3 direct_in(const struct scene *scene, const struct material *m
 {
     struct box_lights box_lights;
     box_lights_init(&box_lights, scene, box, radiance_light_grows(scene));
-    struct vec3 most = radiance_direct(&box_lights, material);
+    struct vec3 most = box_lights_bound(&box_lights, material);
     box_lights_free(&box_lights);
     return most;
 }
@@ -155,15 +155,15 @@ static void test_rays(void **state)
     struct ray past = {{0, 0, 5}, {0, 1, 0}, HUGE_VAL, PRIMITIVE_NONE, 0};
     struct ray at = {{0, 0, 5}, {0, 0, -1}, HUGE_VAL, PRIMITIVE_NONE, 0};
     struct ray off = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_SPHERE, 0), 0};
-    double sky = radiance_of(&radiance, &past, one, 1, true);
+    double sky = radiance_bound(&radiance, &past, one, 1, true);
     assert_true(sky >= 0.75 && sky < 0.75 + 1e-12);
-    assert_true(radiance_of(&radiance, &off, one, 1, false) == sky); /* it cannot hit the ball */
-    double ball = radiance_of(&radiance, &at, one, 20, true);        /* nothing below max_depth */
+    assert_true(radiance_bound(&radiance, &off, one, 1, false) == sky); /* it cannot hit the ball */
+    double ball = radiance_bound(&radiance, &at, one, 20, true); /* nothing below max_depth */
     assert_true(ball == sky);
-    double half = radiance_of(&radiance, &at, vec3(0, 0.5, 0.25), 1, false);
+    double half = radiance_bound(&radiance, &at, vec3(0, 0.5, 0.25), 1, false);
     assert_true(half >= 0.375 && half < 0.375 + 1e-6);
     past.direction.x = (double)NAN; /* it may go anywhere */
-    assert_true(radiance_of(&radiance, &past, one, 1, true) >= 0.75);
+    assert_true(radiance_bound(&radiance, &past, one, 1, true) >= 0.75);
     radiance_free(&radiance);
     free(scene);
 }
@@ -190,8 +190,8 @@ static void test_lossless_levels(void **state)
     for (uint32_t depth = 0; depth <= RADIANCE_LEVELS; depth += 50) {
         double brings = 0.25 * (RADIANCE_LEVELS - depth + 1);
         for (int in_picture = 0; in_picture < 2; in_picture++) {
-            double most = radiance_of(&radiance, &ray, one, depth, in_picture);
-            double coarse = radiance_coarse(&radiance, one, depth, in_picture);
+            double most = radiance_bound(&radiance, &ray, one, depth, in_picture);
+            double coarse = radiance_coarse_bound(&radiance, one, depth, in_picture);
             assert_true(most >= brings && most < brings + 1e-4);
             assert_true(coarse >= brings && coarse < brings + 1e-4);
         }
@@ -229,7 +229,7 @@ static void test_all_levels(void **state)
     struct radiance radiance;
     struct scene *scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, DEPTH);
     radiance_init(&radiance, scene);
-    double most = radiance_most(&radiance);
+    double most = radiance_primary_bound(&radiance);
     assert_true(most >= 1 && most < 1 + 1e-6); /* 0.1 (1 + 0.9 + 0.81 ...) */
     radiance_free(&radiance);
     free(scene);
@@ -237,8 +237,8 @@ static void test_all_levels(void **state)
     scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, DEPTH);
     radiance_init(&radiance, scene);
     for (uint32_t depth = 0; depth <= DEPTH; depth++) {
-        double shown = radiance_coarse(&radiance, one, depth, true) / 0.1;
-        double any = radiance_coarse(&radiance, one, depth, false) / 0.1;
+        double shown = radiance_coarse_bound(&radiance, one, depth, true) / 0.1;
+        double any = radiance_coarse_bound(&radiance, one, depth, false) / 0.1;
         assert_true(shown >= DEPTH + 1 - depth && shown < (DEPTH + 1 - depth) * (1 + 1e-6));
         assert_true(any >= RADIANCE_LEVELS + 1 - depth &&
                     any < (RADIANCE_LEVELS + 1 - depth) * (1 + 1e-6));
@@ -258,7 +258,7 @@ static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct
                       .direction = vec_normalize(direction),
                       .t_max = HUGE_VAL,
                       .from = primitive_id(cone ? PRIMITIVE_CONE : PRIMITIVE_SPHERE, 0)};
-    double most = radiance_of(&radiance, &ray, one, 1, true);
+    double most = radiance_bound(&radiance, &ray, one, 1, true);
     assert_true(most == 0 || most >= 0.5);
     radiance_free(&radiance);
     free(scene);
@@ -293,9 +293,9 @@ static void test_box_met_again(void **state)
     struct radiance radiance;
     radiance_init(&radiance, scene);
     struct ray ray = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_BOX, 0), 5};
-    assert_true(radiance_of(&radiance, &ray, one, 1, true) == 0);
+    assert_true(radiance_bound(&radiance, &ray, one, 1, true) == 0);
     ray.direction.z = -1; /* through it, to the other face */
-    assert_true(radiance_of(&radiance, &ray, one, 1, true) >= 0.5);
+    assert_true(radiance_bound(&radiance, &ray, one, 1, true) >= 0.5);
     radiance_free(&radiance);
     free(scene);
 }
@@ -310,7 +310,7 @@ static void test_past(void **state)
         struct radiance radiance;
         radiance_init(&radiance, scene);
         struct ray ray = {{1.5, 0, 5}, {0, 0, -1}, HUGE_VAL, PRIMITIVE_NONE, 0};
-        assert_int_equal(radiance_of(&radiance, &ray, one, 1, true) > 0,
+        assert_int_equal(radiance_bound(&radiance, &ray, one, 1, true) > 0,
                          formulas == FORMULAS_PAPER);
         radiance_free(&radiance);
         free(scene);
@@ -514,7 +514,7 @@ static void test_growing_at_any_depth(void **state)
     struct radiance radiance;
     radiance_init(&radiance, scene);
     for (uint32_t depth = RADIANCE_LEVELS - 2; depth < RADIANCE_LEVELS + 4; depth++)
-        assert_true(radiance_coarse(&radiance, one, depth, false) == HUGE_VAL);
+        assert_true(radiance_coarse_bound(&radiance, one, depth, false) == HUGE_VAL);
     radiance_free(&radiance);
     free(scene);
 }

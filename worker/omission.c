@@ -38,7 +38,7 @@ void omission_free(struct omission *omission)
 static void rate(struct tree *tree, const struct radiance *radiance, struct branch *branch)
 {
     tree_rate(tree, branch,
-              radiance_of(radiance, &branch->ray, branch->weight, branch->depth, false));
+              radiance_bound(radiance, &branch->ray, branch->weight, branch->depth, false));
 }
 
 static int larger_first(const void *a, const void *b)
@@ -81,7 +81,8 @@ void omission_take(struct omission *omission, const struct radiance *radiance, s
     for (uint32_t i = own; i < all->count; i++) {
         struct branch *branch = &all->pending[i];
         if (!radiance->levels && branch->depth < radiance->scene->view.max_depth) continue;
-        tree_rate(all, branch, radiance_coarse(radiance, branch->weight, branch->depth, false));
+        tree_rate(all, branch,
+                  radiance_coarse_bound(radiance, branch->weight, branch->depth, false));
         branch->coarse = true;
     }
 }

@@ -91,8 +91,7 @@ static unsigned longest_axis(const struct bounds *box)
 
 static double extent_of(const struct cluster *cluster)
 {
-    unsigned axis = longest_axis(&cluster->box);
-    return cluster->count > 1 ? cluster->box.max[axis] - cluster->box.min[axis] : 0;
+    return cluster->count > 1 ? bounds_size(&cluster->box) : 0;
 }
 
 /* Splits a cluster in two at the middle of its longest edge; false if all primitives are on one side. */
@@ -100,12 +99,12 @@ static bool split(const struct scene *scene, uint32_t *ids, struct cluster *clus
                   struct cluster *rest)
 {
     unsigned axis = longest_axis(&cluster->box);
-    double middle = cluster->box.min[axis] / 2 + cluster->box.max[axis] / 2;
+    double middle = bounds_middle(&cluster->box, axis);
     uint32_t below = 0, *id = ids + cluster->first;
     struct bounds parts[2] = {BOUNDS_NONE, BOUNDS_NONE};
     for (uint32_t i = 0; i < cluster->count; i++) {
         struct bounds box = bounds_of(scene, id[i]);
-        bool is_below = box.min[axis] / 2 + box.max[axis] / 2 < middle;
+        bool is_below = bounds_middle(&box, axis) < middle;
         bounds_add(&parts[!is_below], &box);
         if (!is_below) continue;
         uint32_t other = id[below];
@@ -204,7 +203,7 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         const struct material *material = &scene_materials(scene)[index];
         if (seen[index]) continue;
         seen[index] = true;
-        raise(radiance->direct, group, radiance_direct(&box_lights, material));
+        raise(radiance->direct, group, box_lights_bound(&box_lights, material));
         raise(radiance->passed, group, passed_by(material));
     }
     box_lights_free(&box_lights);
@@ -428,7 +427,7 @@ static double largest_share(struct vec3 weight, struct vec3 color)
     return max_number(x, max_number(y, z)) * BOUND_SLACK;
 }
 
-double radiance_most(const struct radiance *radiance)
+double radiance_primary_bound(const struct radiance *radiance)
 {
     if (radiance->levels) return vec_max(radiance->levels[radiance->scene->view.max_depth]);
     return fmax(radiance->base[0], fmax(radiance->base[1], radiance->base[2]));
@@ -459,14 +458,14 @@ static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, b
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
 }
 
-double radiance_coarse(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
-                       bool in_picture)
+double radiance_coarse_bound(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                             bool in_picture)
 {
     return largest_share(weight, this_level(radiance, depth, in_picture)) * BOUND_SLACK;
 }
 
-double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
-                   uint32_t depth, bool in_picture)
+double radiance_bound(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
+                      uint32_t depth, bool in_picture)
 {
     const struct view *view = &radiance->scene->view;
     bool last = in_picture && depth == view->max_depth;

@@ -53,15 +53,15 @@ void radiance_free(struct radiance *radiance);
  * a sample; may be infinite. in_picture: in a picture of max_depth levels (depth <= max_depth), else in one of any
  * depth.
  */
-double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
-                   uint32_t depth, bool in_picture);
+double radiance_bound(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
+                      uint32_t depth, bool in_picture);
 
 /* The same without testing the boxes: mostly larger, but fast. */
-double radiance_coarse(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
-                       bool in_picture);
+double radiance_coarse_bound(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                             bool in_picture);
 
 /* The largest component of R of a primary ray. */
-double radiance_most(const struct radiance *radiance);
+double radiance_primary_bound(const struct radiance *radiance);
 
 /* Whether light can grow on its way through surfaces: transmission * colour > 1. */
 bool radiance_light_grows(const struct scene *scene);
@@ -88,6 +88,6 @@ void box_lights_free(struct box_lights *box_lights);
  * An upper bound, per component, on what these lights and ambient can make of a surface of the material
  * anywhere in their box, for any normal and without shadows.
  */
-struct vec3 radiance_direct(const struct box_lights *box_lights, const struct material *material);
+struct vec3 box_lights_bound(const struct box_lights *box_lights, const struct material *material);
 
 #endif

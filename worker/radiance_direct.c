@@ -191,7 +191,7 @@ static double direct(const struct box_lights *box_lights, const struct material 
     return (sum + diffuse + specular) * (1 + (32 + box_lights->count) * UNIT_ROUNDOFF);
 }
 
-struct vec3 radiance_direct(const struct box_lights *box_lights, const struct material *material)
+struct vec3 box_lights_bound(const struct box_lights *box_lights, const struct material *material)
 {
     static const struct box_lights none = {.count = 0};
     if (!material_shows_light(material)) box_lights = &none;

@@ -26,7 +26,7 @@
 static uint64_t ray_budget_of(const struct renderer *renderer)
 {
     const struct view *view = &renderer->scene->view;
-    double most = radiance_most(&renderer->radiance);
+    double most = radiance_primary_bound(&renderer->radiance);
     double budget = ((double)view->max_depth + 1) * fmax(1, most / view->cutoff);
     return budget < 0x1p62 ? (uint64_t)budget : UINT64_C(1) << 62;
 }
@@ -106,7 +106,7 @@ static bool next_in_picture(const struct renderer *renderer, struct tree *tree,
     while ((next = tree_next(tree, cutoff)) != NULL) {
         if (!next->coarse || next->bound > COARSE_CUTOFFS * cutoff) break;
         tree_rate(tree, next,
-                  radiance_of(&renderer->radiance, &next->ray, next->weight, next->depth, true));
+                  radiance_bound(&renderer->radiance, &next->ray, next->weight, next->depth, true));
     }
     if (next) tree_remove(tree, next, branch);
     return next;

@@ -66,7 +66,7 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
     bool beyond = renderer->states[p].bounding || depth > renderer->scene->view.max_depth;
-    double bound = radiance_coarse(&renderer->radiance, weight, depth, !beyond);
+    double bound = radiance_coarse_bound(&renderer->radiance, weight, depth, !beyond);
     struct pending_rays *pending = pending_of(renderer, p);
     struct branch *child = beyond
                                ? omission_add(&pending->omission, &renderer->radiance, bound, depth)

@@ -18,7 +18,7 @@ struct branch {
     uint32_t depth;     /* number of reflections and refractions before it */
     uint32_t media;     /* its stack of media: worker/medium.h */
     enum ray_kind kind;
-    /* The bound is from radiance_coarse(); radiance_of() may lower it: worker/radiance.h. */
+    /* The bound is from radiance_coarse_bound(); radiance_bound() may lower it: worker/radiance.h. */
     bool coarse;
 };
 
