@@ -28,12 +28,9 @@ struct scaled {
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
-    double reach = fmax(vec_largest(cone->base), vec_largest(cone->apex));
-    double speed = vec_largest(ray->direction);
-    reach = fmax(vec_largest(ray->origin), fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
-    (void)frexp(reach, &it.length);
-    (void)frexp(speed, &it.speed);
+    (void)frexp(cone_reach(cone, ray->origin), &it.length);
+    (void)frexp(vec_largest(ray->direction), &it.speed);
     it.cone.base = vec_scale_exactly(cone->base, -it.length);
     it.cone.apex = vec_scale_exactly(cone->apex, -it.length);
     it.cone.base_radius = ldexp(cone->base_radius, -it.length);
@@ -501,7 +498,7 @@ FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_
     struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
     double size = fmax(vec_largest(dd3_round(w)), fmax(cone->base_radius, cone->apex_radius));
     /* Six lengths are multiplied. Only the size of the cone matters here, not its position. */
-    if (!is_cone_ordinary(size)) {
+    if (!is_ordinary_for_cone(size)) {
         int exponent;
         (void)frexp(size, &exponent);
         w = dd3_ldexp(w, -exponent);

@@ -117,8 +117,8 @@ static inline double cone_outward(const struct cone *cone, const struct cone_ske
 }
 
 /* Whether a ray that starts on the part from_part of the surface certainly goes outward. */
-static inline bool cone_is_left(const struct cone *cone, const struct cone_sketch *s,
-                                uint32_t from_part)
+static inline bool ray_leaves_cone(const struct cone *cone, const struct cone_sketch *s,
+                                   uint32_t from_part)
 {
     double rise_error = CONE_FILTER * s->speed * s->width;
     if (from_part == CONE_BASE_CAP) return s->rise < -rise_error;
@@ -146,7 +146,7 @@ static inline struct crossings cone_crossings(const struct cone *cone, const str
 {
     if (leaving) {
         struct cone_sketch s = cone_sketch(cone, ray);
-        if (cone_sketch_holds(&s) && cone_is_left(cone, &s, ray_from_part(ray)))
+        if (cone_sketch_holds(&s) && ray_leaves_cone(cone, &s, ray_from_part(ray)))
             return NO_CROSSINGS;
     }
     return cone_roots(cone, ray, leaving, purpose->any, exact);

@@ -25,24 +25,31 @@ struct cone_line {
 #define CONE_ORDINARY_MIN 0x1p-100
 #define CONE_ORDINARY_MAX 0x1p100
 
-static inline bool is_cone_ordinary(double size)
+static inline bool is_ordinary_for_cone(double size)
 {
     bool ordinary = size > CONE_ORDINARY_MIN;
     ordinary &= size < CONE_ORDINARY_MAX;
     return ordinary;
 }
 
+/* The largest coordinate or radius of a cone and of the origin of a ray. */
+static inline double cone_reach(const struct cone *cone, struct vec3 origin)
+{
+    double radius = larger_number(cone->base_radius, cone->apex_radius);
+    double reach = larger_number(vec_largest(cone->base), vec_largest(cone->apex));
+    return larger_number(vec_largest(origin), larger_number(reach, radius));
+}
+
+/* Whether a cone and a ray need no scaling. */
 static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
                                     struct vec3 direction)
 {
     double radius = larger_number(cone->base_radius, cone->apex_radius);
     double height = vec_largest(vec_sub(cone->apex, cone->base));
-    double reach = larger_number(vec_largest(cone->base), vec_largest(cone->apex));
-    reach = larger_number(vec_largest(origin), larger_number(reach, radius));
-    bool ordinary = is_cone_ordinary(radius);
-    ordinary &= is_cone_ordinary(height);
-    ordinary &= is_cone_ordinary(vec_largest(direction));
-    ordinary &= reach < CONE_ORDINARY_MAX;
+    bool ordinary = is_ordinary_for_cone(radius);
+    ordinary &= is_ordinary_for_cone(height);
+    ordinary &= is_ordinary_for_cone(vec_largest(direction));
+    ordinary &= cone_reach(cone, origin) < CONE_ORDINARY_MAX;
     return ordinary;
 }
 

@@ -90,10 +90,10 @@ static inline bool is_left_out(const struct scene *scene, uint32_t id, const str
 }
 
 /* The crossing of the ray's line with the triangle; primitive_crossings() says what is left out. */
-static inline struct crossings corner_crossings(const struct scene *scene, uint32_t id,
-                                                const uint32_t corner[3], const struct ray *ray,
-                                                const struct shear *shear,
-                                                const struct purpose *purpose, uint64_t *exact)
+static inline struct crossings
+triangle_crossings_ahead(const struct scene *scene, uint32_t id, const uint32_t corner[3],
+                         const struct ray *ray, const struct shear *shear,
+                         const struct purpose *purpose, uint64_t *exact)
 {
     if (id == ray->from) return NO_CROSSINGS;
     const struct vec3 *vertices = scene_vertices(scene);
@@ -164,18 +164,20 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     case PRIMITIVE_KINDS:
         break;
     }
-    return corner_crossings(scene, id, corner_indices(scene, id), ray, shear, purpose, exact);
+    return triangle_crossings_ahead(scene, id, corner_indices(scene, id), ray, shear, purpose,
+                                    exact);
 }
 
+/* The crossing with a triangle by the paper's formulas. */
 static inline struct crossings
-naive_corner_crossings(const struct scene *scene, const uint32_t corner[3], const struct ray *ray)
+naive_triangle_crossings(const struct scene *scene, const uint32_t corner[3], const struct ray *ray)
 {
     const struct vec3 *vertices = scene_vertices(scene);
     return naive_beyond_epsilon(
         naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
 }
 
-/* The same with the naive formulas. */
+/* primitive_crossings() by the paper's formulas. */
 static inline struct crossings naive_crossings(const struct scene *scene, uint32_t id,
                                                const struct ray *ray)
 {
@@ -199,7 +201,7 @@ static inline struct crossings naive_crossings(const struct scene *scene, uint32
     case PRIMITIVE_KINDS:
         break;
     }
-    return naive_corner_crossings(scene, corner_indices(scene, id), ray);
+    return naive_triangle_crossings(scene, corner_indices(scene, id), ray);
 }
 
 #endif

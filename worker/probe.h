@@ -75,10 +75,10 @@ static INLINED struct crossings probe_triangle(const struct probe *probe,
                                                const struct bvh_leaf *leaf, bool naive)
 {
     if (naive)
-        return naive_corner_crossings(probe->scene, corner_indices(probe->scene, leaf->id),
-                                      probe->ray);
-    return corner_crossings(probe->scene, leaf->id, corner_indices(probe->scene, leaf->id),
-                            probe->ray, &probe->shear, &probe->purpose, probe->exact);
+        return naive_triangle_crossings(probe->scene, corner_indices(probe->scene, leaf->id),
+                                        probe->ray);
+    return triangle_crossings_ahead(probe->scene, leaf->id, corner_indices(probe->scene, leaf->id),
+                                    probe->ray, &probe->shear, &probe->purpose, probe->exact);
 }
 
 /* The number of triangles among the primitives of a leaf; they come first. */

@@ -31,7 +31,7 @@ struct sphere_span {
 };
 
 /* Whether a ray that starts on the sphere certainly goes outward: f.d errs by 4.1 u |f| |d|. */
-static inline bool sphere_is_left(const struct sphere *sphere, const struct ray *ray)
+static inline bool ray_leaves_sphere(const struct sphere *sphere, const struct ray *ray)
 {
     struct vec3 f = vec_sub(ray->origin, sphere->center);
     double size = sum_of_sizes(f) * sum_of_sizes(ray->direction);
@@ -73,7 +73,7 @@ static inline struct crossings sphere_crossings(const struct sphere *sphere, con
 {
     struct sphere_span span;
     if (leaving) {
-        if (sphere_is_left(sphere, ray)) return NO_CROSSINGS;
+        if (ray_leaves_sphere(sphere, ray)) return NO_CROSSINGS;
         if (purpose->any && sphere_way_out_span(sphere, ray, &span) &&
             span.high < purpose->farthest)
             return (struct crossings){.t = {NOT_CROSSED, span.high}};
