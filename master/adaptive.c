@@ -71,7 +71,7 @@ static struct candidates candidates_of(struct adaptive *adaptive)
 }
 
 /* The upper end of the estimate of the picture's error. All pixels of the last pass must be in. */
-static double look_at_pass(struct adaptive *adaptive)
+static double pass_error(struct adaptive *adaptive)
 {
     uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->pool)->pixels;
     struct error_breakdown breakdown = pixel_errors_breakdown(&adaptive->errors);
@@ -83,16 +83,17 @@ static bool meets_target(const struct adaptive *adaptive, double high)
     return adaptive->target > 0 && high <= adaptive->target;
 }
 
-/* Judges the last pass: how it kept its promise, and whether the target is met. Returns look_at_pass(). */
-static double judge_pass(struct adaptive *adaptive)
+/* Settles the last pass: compares what it has left with its promise, and the error with the target. Returns
+ * pass_error(). */
+static double settle_pass(struct adaptive *adaptive)
 {
-    double high = look_at_pass(adaptive);
-    promise_judge(&adaptive->promise, pixel_errors_halves(&adaptive->errors));
+    double high = pass_error(adaptive);
+    promise_settle(&adaptive->promise, pixel_errors_halves(&adaptive->errors));
     adaptive->is_met = meets_target(adaptive, high);
     return high;
 }
 
-/* Plans every pixel's next level and with them what the pass promises, after judge_pass(). Returns whether any pixel
+/* Plans every pixel's next level and with them what the pass promises, after settle_pass(). Returns whether any pixel
  * goes up. */
 static bool plan_levels(struct adaptive *adaptive, double limit)
 {
@@ -143,7 +144,7 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds)
         adaptive_plan_first(adaptive, seconds);
         return true;
     }
-    double high = judge_pass(adaptive);
+    double high = settle_pass(adaptive);
     return !adaptive->is_met && plan_levels(adaptive, limit_for(adaptive, high, seconds));
 }
 
@@ -151,7 +152,7 @@ bool adaptive_replan(struct adaptive *adaptive, double limit)
 {
     if (adaptive->statistics.unsampled > 0) return adaptive_replan_first(adaptive, limit);
     if (limit < 0) return false;
-    (void)judge_pass(adaptive);
+    (void)settle_pass(adaptive);
     return !adaptive->is_met && plan_levels(adaptive, limit);
 }
 
@@ -159,7 +160,7 @@ bool adaptive_is_met(struct adaptive *adaptive)
 {
     if (adaptive->is_met) return true;
     return adaptive->target > 0 && adaptive->pass.missing == 0 &&
-           adaptive->statistics.unsampled == 0 && meets_target(adaptive, look_at_pass(adaptive));
+           adaptive->statistics.unsampled == 0 && meets_target(adaptive, pass_error(adaptive));
 }
 
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)

@@ -159,8 +159,8 @@ double adaptive_first_seconds(const struct adaptive *adaptive);
  * for. Returns how many seconds of rendering it takes beyond those taken so far; below 0 where it is quicker than this
  * run has been by so much. Its samples are taken to be as effective as passes so far were compared with their promises,
  * and as quick. power: the exponent with which the squared error goes down with samples, used until a pass after the
- * first has been judged. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels without samples.
- * Passes are not changed.
+ * first has been compared with its promise. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels
+ * without samples. Passes are not changed.
  */
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power);
 

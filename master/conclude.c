@@ -110,7 +110,7 @@ static struct written write_outputs(struct run *run)
 
 /* Reports samples that the picture cannot show. With render.strict they end the run with status 1; picture and
  * report are written all the same. */
-static int judge_samples(const struct run *run)
+static int tell_bad_samples(const struct run *run)
 {
     char *text = report_bad_samples(&run->report);
     if (!text) return STATUS_DONE;
@@ -159,7 +159,7 @@ static const char *advice(const struct report *report)
 
 /* Warns of pixels that a time limit has left without any sample; false: all of them, so that there is no
  * picture. */
-static bool judge_limit(const struct run *run, const struct service *service)
+static bool tell_unsampled(const struct run *run, const struct service *service)
 {
     double limit = run->job.settings.sampling.time_limit;
     uint64_t pixels = canvas_pixels(&run->canvas);
@@ -222,7 +222,7 @@ int run_conclude(struct run *run, const struct service *service)
 {
     fill_report(run, service);
     fill_sampling(run, service);
-    if (!judge_limit(run, service)) {
+    if (!tell_unsampled(run, service)) {
         save_drop(run->save);
         run->save = NULL;
         return STATUS_FAILED;
@@ -233,11 +233,11 @@ int run_conclude(struct run *run, const struct service *service)
     if (!written.picture) return failed;
     report_table(stdout, &run->report, terminal_columns(stderr));
     tell_outputs(run, written);
-    int told = close_output(), judged = judge_samples(run);
+    int told = close_output(), samples = tell_bad_samples(run);
     note_emptiness(run);
     if (!written.timeline) return STATUS_FAILED; /* the same command would not write it either */
     if (!written.report) return failed;
-    return told != STATUS_DONE ? told : judged;
+    return told != STATUS_DONE ? told : samples;
 }
 
 /* Why the run ends, in words; owned by the caller. */

@@ -14,7 +14,7 @@ void promise_make(struct promise *promise, double before, double left)
     promise->before = before;
 }
 
-void promise_judge(struct promise *promise, double squares)
+void promise_settle(struct promise *promise, double squares)
 {
     if (!(promise->promised > 0 && promise->promised < 1 && squares > 0)) return;
     promise->log_promised += log(promise->promised);

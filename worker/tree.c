@@ -8,7 +8,7 @@
 #include "worker/exact.h"
 #include "worker/lanes.h"
 
-_Static_assert(TREE_BLOCK == 2 * LANES, "judge_block()");
+_Static_assert(TREE_BLOCK == 2 * LANES, "scan_many()");
 _Static_assert(TREE_ROW == TREE_BLOCK * TREE_BLOCK, "a row is TREE_BLOCK blocks");
 
 void tree_free(struct tree *tree)
@@ -90,7 +90,7 @@ static double sum_above(double sum, uint32_t n)
 #define FEW 4
 
 /* These return the sum of `count` bounds from `begin` on; *first is what comes first in the present order. */
-static double judge_few(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
+static double scan_few(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
     double sum = tree->bounds[begin];
     *first = begin;
@@ -101,7 +101,7 @@ static double judge_few(const struct tree *tree, uint32_t begin, uint32_t count,
     return sum;
 }
 
-static double judge_many(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
+static double scan_many(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
     struct lanes low = lanes_load(tree->bounds + begin);
     struct lanes high = lanes_load(tree->bounds + begin + LANES);
@@ -116,11 +116,11 @@ static double judge_many(const struct tree *tree, uint32_t begin, uint32_t count
     return lanes_sum(lanes_add(low, high));
 }
 
-static void judge_block(const struct tree *tree, struct tree_block *block, uint32_t begin)
+static void summarize_block(const struct tree *tree, struct tree_block *block, uint32_t begin)
 {
     uint32_t count = tree->count - begin, *first = &block->first[tree->order];
     block->sum =
-        count <= FEW ? judge_few(tree, begin, count, first) : judge_many(tree, begin, count, first);
+        count <= FEW ? scan_few(tree, begin, count, first) : scan_many(tree, begin, count, first);
     block->known |= 1u << tree->order;
 }
 
@@ -129,13 +129,13 @@ static inline bool is_known(const struct tree *tree, const struct tree_block *bl
     return block->known >> tree->order & 1;
 }
 
-static void judge_row(const struct tree *tree, struct tree_block *row, uint32_t begin)
+static void summarize_row(const struct tree *tree, struct tree_block *row, uint32_t begin)
 {
     uint32_t end = begin + TREE_ROW < tree->count ? begin + TREE_ROW : tree->count, first = begin;
     double sum = 0;
     for (uint32_t place = begin; place < end; place += TREE_BLOCK) {
         struct tree_block *block = &tree->blocks[place / TREE_BLOCK];
-        if (!is_known(tree, block)) judge_block(tree, block, place);
+        if (!is_known(tree, block)) summarize_block(tree, block, place);
         sum += block->sum;
         if (more_important(tree, block->first[tree->order], first))
             first = block->first[tree->order];
@@ -146,14 +146,14 @@ static void judge_row(const struct tree *tree, struct tree_block *row, uint32_t 
 }
 
 /* Upper bound on what all pending rays can add; *first is the index of the next one. */
-static double judge(struct tree *tree, uint32_t *first)
+static double summarize(struct tree *tree, uint32_t *first)
 {
     double sum = 0;
     *first = 0;
     tree->order = tree->count > TREE_BEST_FIRST_MAX ? DEEPEST_FIRST : BEST_FIRST;
     for (uint32_t begin = 0; begin < tree->count; begin += TREE_ROW) {
         struct tree_block *row = &tree->rows[begin / TREE_ROW];
-        if (!is_known(tree, row)) judge_row(tree, row, begin);
+        if (!is_known(tree, row)) summarize_row(tree, row, begin);
         sum += row->sum;
         if (more_important(tree, row->first[tree->order], *first)) *first = row->first[tree->order];
     }
@@ -174,7 +174,7 @@ struct branch *tree_next(struct tree *tree, double cutoff)
     if (tree->count == 0) return NULL;
     /* All rays are traced anyway; taking the last one first needs the least memory. */
     if (cutoff == 0) return &tree->pending[tree->count - 1];
-    return judge(tree, &next) <= cutoff ? NULL : &tree->pending[next];
+    return summarize(tree, &next) <= cutoff ? NULL : &tree->pending[next];
 }
 
 void tree_rate(struct tree *tree, struct branch *pending, double bound)
