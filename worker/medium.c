@@ -171,32 +171,33 @@ struct crossing_media media_by_side(const struct scene *scene, uint32_t primitiv
 
 /* ---- around a point ---- */
 
-#define FOUND_MAX  64
-#define PROBES     4
-#define PROBE_HITS 4096 /* of one ray; more occur only with surfaces that lie within each other */
+#define EXITS_MAX     64
+#define DIRECTIONS    4
+/* Hits of one ray; more occur only with surfaces that lie within each other. */
+#define FOLLOWED_HITS 4096
 
 /* Media that a ray has left without having entered them, the innermost first. */
-struct found {
+struct exits {
     uint32_t count;
-    struct medium media[FOUND_MAX];
+    struct medium media[EXITS_MAX];
 };
 
 static void note_crossing(struct media *media, const struct ray *ray, const struct hit *hit,
-                          const struct surface *surface, uint32_t *stack, struct found *found)
+                          const struct surface *surface, uint32_t *stack, struct exits *exits)
 {
     bool entering = vec_dot(ray->direction, surface->geometric) <= 0;
     struct crossing_media crossing = media_cross(media, *stack, hit->primitive, entering);
     *stack = crossing.stack;
-    if (crossing.unmatched && !entering && found->count < FOUND_MAX)
-        found->media[found->count++] = medium_of(media->scene, hit->primitive);
+    if (crossing.unmatched && !entering && exits->count < EXITS_MAX)
+        exits->media[exits->count++] = medium_of(media->scene, hit->primitive);
 }
 
 /* Follows a ray through all surfaces. Planes are treated separately. */
-static void probe(struct media *media, const struct bvh *bvh, struct ray ray, struct found *found)
+static void follow(struct media *media, const struct bvh *bvh, struct ray ray, struct exits *exits)
 {
     const struct scene *scene = media->scene;
     uint32_t stack = MEDIUM_OUTSIDE;
-    for (uint32_t i = 0; i < PROBE_HITS; i++) {
+    for (uint32_t i = 0; i < FOLLOWED_HITS; i++) {
         struct hit hit;
         struct surface surface;
         uint64_t exact = 0;
@@ -204,30 +205,30 @@ static void probe(struct media *media, const struct bvh *bvh, struct ray ray, st
         if (hit.primitive == PRIMITIVE_NONE) break;
         surface_at(scene, &ray, &hit, &surface);
         if (primitive_kind(hit.primitive) != PRIMITIVE_PLANE && transmits(scene, hit.primitive))
-            note_crossing(media, &ray, &hit, &surface, &stack, found);
+            note_crossing(media, &ray, &hit, &surface, &stack, exits);
         ray.origin = surface.point;
         ray.from = hit.primitive;
         ray.from_part = hit.part;
     }
 }
 
-/* Occurrences of the medium in found->media, from index `first` on. */
-static uint32_t count_of(const struct found *found, uint32_t first, const struct medium *medium)
+/* Occurrences of the medium in exits->media, from index `first` on. */
+static uint32_t count_of(const struct exits *exits, uint32_t first, const struct medium *medium)
 {
     uint32_t count = 0;
-    for (uint32_t i = first; i < found->count; i++)
-        count += found->media[i].object == medium->object && found->media[i].ior == medium->ior;
+    for (uint32_t i = first; i < exits->count; i++)
+        count += exits->media[i].object == medium->object && exits->media[i].ior == medium->ior;
     return count;
 }
 
 /* Whether all rays have found this medium as often as the first one has from its i-th medium on. */
-static bool agreed(const struct found found[PROBES], uint32_t i)
+static bool agreed(const struct exits exits[DIRECTIONS], uint32_t i)
 {
-    const struct medium *medium = &found[0].media[i];
+    const struct medium *medium = &exits[0].media[i];
     if (medium->object != PRIMITIVE_NONE) return true;
-    uint32_t wanted = count_of(&found[0], i, medium);
-    for (int p = 1; p < PROBES; p++)
-        if (count_of(&found[p], 0, medium) < wanted) return false;
+    uint32_t wanted = count_of(&exits[0], i, medium);
+    for (int p = 1; p < DIRECTIONS; p++)
+        if (count_of(&exits[p], 0, medium) < wanted) return false;
     return true;
 }
 
@@ -247,17 +248,17 @@ static uint32_t planes_around(struct media *media, struct vec3 point)
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point)
 {
     /* Far from each other and from directions that are common in scenes. */
-    static const struct vec3 directions[PROBES] = {
+    static const struct vec3 directions[DIRECTIONS] = {
         {0.48, 0.61, 0.63}, {-0.59, -0.65, 0.48}, {0.66, -0.47, -0.58}, {-0.51, 0.53, -0.67}};
-    static const struct found none;
-    struct found found[PROBES] = {none, none, none, none};
-    for (int p = 0; p < PROBES; p++) {
+    static const struct exits none;
+    struct exits exits[DIRECTIONS] = {none, none, none, none};
+    for (int p = 0; p < DIRECTIONS; p++) {
         struct ray ray = {
             .origin = point, .direction = directions[p], .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
-        probe(media, bvh, ray, &found[p]);
+        follow(media, bvh, ray, &exits[p]);
     }
     uint32_t stack = planes_around(media, point);
-    for (uint32_t i = found[0].count; i-- > 0;)
-        if (agreed(found, i)) stack = push(media, stack, found[0].media[i]);
+    for (uint32_t i = exits[0].count; i-- > 0;)
+        if (agreed(exits, i)) stack = push(media, stack, exits[0].media[i]);
     return stack;
 }
