@@ -264,6 +264,17 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
+/* The renderer, which is not in the sums, holds this work no more; holds: it still holds other work. Adds it to the
+ * sums again. */
+static void take_back(struct pace *pace, uint32_t renderer, double now, double work, bool holds)
+{
+    struct pace_renderer *r = &pace->renderers[renderer];
+    r->held = larger_number(r->held - work, 0);
+    r->holds = holds;
+    r->free_at = now + pace_seconds(pace, renderer, r->held);
+    enter(pace, renderer);
+}
+
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds)
 {
@@ -274,10 +285,7 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     pace->busy += busy;
     if (pace->work > 0) pace->scale = pace->busy / pace->work;
     measure_speed(pace, r, now, work, busy);
-    r->held = larger_number(r->held - work, 0);
-    r->holds = holds;
-    r->free_at = now + pace_seconds(pace, renderer, r->held);
-    enter(pace, renderer);
+    take_back(pace, renderer, now, work, holds);
     if (first && pace->scale > 0) date_unknown(pace, now);
 }
 
@@ -285,10 +293,7 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
-    r->held = larger_number(r->held - work, 0);
-    r->holds = holds;
-    r->free_at = now + pace_seconds(pace, renderer, r->held);
-    enter(pace, renderer);
+    take_back(pace, renderer, now, work, holds);
 }
 
 /*
