@@ -1,4 +1,10 @@
-/* The report of a run: as JSON, and as the table that is printed at the end. */
+/*
+ * The report of a run.
+ *
+ *   report.c        figures derived from it, and the message about samples that are not finite
+ *   report_json.c   the JSON file
+ *   report_table.c  the table that is printed at the end, with the bars of report_times.c
+ */
 #ifndef FARM_MASTER_REPORT_H
 #define FARM_MASTER_REPORT_H
 
@@ -104,6 +110,10 @@ struct render_counts report_counts(const struct report *report);
 /* Counts for the whole picture, including an earlier run's part: samples that are not finite, bounds. What was rendered
  * twice counts once. */
 struct render_counts report_picture_counts(const struct report *report);
+
+/* The renderer that met this sample; NULL: it was met in an earlier run. */
+const struct renderer_stats *report_finder(const struct report *report,
+                                           const struct bad_sample *bad);
 
 /*
  * One line for the user about samples that are not finite: how many, and where the first one is. Text that the caller
