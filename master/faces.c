@@ -12,7 +12,8 @@ bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c)
            !vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac)));
 }
 
-bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles)
+/* Whether any triangle of a polygon has an area. */
+static bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles)
 {
     for (size_t i = 0; i < triangles->count; i++) {
         const uint32_t *corner = triangles->triangles[i];
@@ -22,14 +23,31 @@ bool triangles_have_area(const struct vec3 *corners, const struct triangulation 
     return false;
 }
 
-void note_face(struct faces *faces, bool has_area, long line)
+static void note(struct faces *faces, bool has_area, long line)
 {
     faces->count++;
     if (has_area) return;
     if (faces->flat++ == 0) faces->first_flat = line;
 }
 
-void warn_of_flat_faces(const struct faces *faces, const char *path)
+void faces_note_triangle(struct faces *faces, const struct vec3 corners[3], long line)
+{
+    note(faces, corners_have_area(corners[0], corners[1], corners[2]), line);
+}
+
+void faces_note_polygon(struct faces *faces, const struct vec3 *corners,
+                        const struct triangulation *triangles, const char *path, long line)
+{
+    if (triangles->improper && !faces->told_improper) {
+        user_warning(path, line,
+                     "a polygon crosses itself or is bent so far that its triangles overlap, "
+                     "expected flat ones");
+        faces->told_improper = true;
+    }
+    note(faces, triangles_have_area(corners, triangles), line);
+}
+
+void faces_warn_of_flat(const struct faces *faces, const char *path)
 {
     if (faces->flat > 0)
         user_warning(path, faces->first_flat,

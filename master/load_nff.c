@@ -37,7 +37,7 @@ struct nff {
     uint32_t resolution[2];
     struct vec3 background;
 
-    bool has_material, told_gain, told_inside, told_improper;
+    bool has_material, told_gain, told_inside;
     uint32_t material;
 
     struct nff_light *lights;
@@ -195,7 +195,7 @@ static bool read_sphere(struct nff *nff)
     if (!complete(nff, good, "'s' needs a center and a radius: four numbers")) return false;
     sphere.inside_only = sphere.radius < 0;
     sphere.radius = fabs(sphere.radius) * nff->part->placement.scale;
-    sphere.center = place_point(&nff->part->placement, sphere.center);
+    sphere.center = placement_point(&nff->part->placement, sphere.center);
     return accept(nff, builder_add_sphere(nff->builder, &sphere));
 }
 
@@ -220,8 +220,8 @@ static bool read_cone(struct nff *nff)
         nff->told_inside = true;
     }
     const struct placement *placement = &nff->part->placement;
-    cone.base = place_point(placement, cone.base);
-    cone.apex = place_point(placement, cone.apex);
+    cone.base = placement_point(placement, cone.base);
+    cone.apex = placement_point(placement, cone.apex);
     cone.base_radius = fabs(cone.base_radius) * placement->scale;
     cone.apex_radius = fabs(cone.apex_radius) * placement->scale;
     return accept(nff, builder_add_cone(nff->builder, &cone));
@@ -247,12 +247,13 @@ static bool read_corner(struct nff *nff, uint32_t i, bool with_normals)
                                : "expected a corner of 'p': three numbers"))
         return false;
     const struct placement *placement = &nff->part->placement;
-    nff->corners[i] = place_point(placement, nff->corners[i]);
+    nff->corners[i] = placement_point(placement, nff->corners[i]);
     if (!accept(nff, builder_add_vertex(nff->builder, nff->corners[i], &nff->vertex_index[i])))
         return false;
     return !with_normals ||
-           accept(nff, builder_add_normal(nff->builder, place_direction(placement, nff->normals[i]),
-                                          &nff->normal_index[i]));
+           accept(nff,
+                  builder_add_normal(nff->builder, placement_direction(placement, nff->normals[i]),
+                                     &nff->normal_index[i]));
 }
 
 static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with_normals)
@@ -292,11 +293,7 @@ static bool read_corners(struct nff *nff, bool with_normals)
     for (uint32_t i = 0; i < corners; i++)
         if (!read_corner(nff, i, with_normals)) return false;
     if (!accept(nff, triangulate(nff->corners, corners, &nff->triangulation))) return false;
-    if (nff->triangulation.improper && !nff->told_improper) {
-        user_warning(nff->path, nff->scan.line, IMPROPER_POLYGON);
-        nff->told_improper = true;
-    }
-    note_face(&nff->faces, triangles_have_area(nff->corners, &nff->triangulation), nff->scan.line);
+    faces_note_polygon(&nff->faces, nff->corners, &nff->triangulation, nff->path, nff->scan.line);
     for (size_t i = 0; i < nff->triangulation.count; i++)
         if (!accept(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
             return false;
@@ -345,7 +342,7 @@ static bool add_lights(struct nff *nff)
     for (size_t i = 0; i < nff->light_count; i++) {
         struct light light = nff->lights[i].light;
         if (!nff->lights[i].colored) light.color = vec3(share, share, share);
-        light.position = place_point(&nff->part->placement, light.position);
+        light.position = placement_point(&nff->part->placement, light.position);
         if (!accept(nff, builder_add_light(nff->builder, &light))) return false;
     }
     return true;
@@ -380,9 +377,9 @@ static bool offer_view(struct nff *nff)
         return false;
     }
     const struct placement *placement = &nff->part->placement;
-    nff->from = place_point(placement, nff->from);
-    nff->at = place_point(placement, nff->at);
-    nff->up = place_direction(placement, nff->up);
+    nff->from = placement_point(placement, nff->from);
+    nff->at = placement_point(placement, nff->at);
+    nff->up = placement_direction(placement, nff->up);
     if (nff->seen & RESOLUTION) {
         offer(nff, "image", "width", &nff->resolution[0], sizeof nff->resolution[0]);
         offer(nff, "image", "height", &nff->resolution[1], sizeof nff->resolution[1]);
@@ -408,7 +405,7 @@ static bool read_all(struct nff *nff)
 {
     while (scan_next_line(&nff->scan))
         if (!read_statement(nff)) return false;
-    warn_of_flat_faces(&nff->faces, nff->path);
+    faces_warn_of_flat(&nff->faces, nff->path);
     if (!add_lights(nff) || !offer_view(nff)) return false;
     offer_background(nff);
     return true;

@@ -17,9 +17,9 @@
 #include "master/path.h"
 #include "master/placement.h"
 #include "master/scan.h"
-#include "master/smooth.h"
 #include "master/text_file.h"
 #include "master/triangulate.h"
+#include "master/vertex_normals.h"
 
 #define NONE UINT32_MAX
 
@@ -47,7 +47,7 @@ struct obj {
     struct name_table libraries_seen; /* paths that were read, and names that are missing */
     struct material_library *library;
     uint32_t unknown_names;
-    bool library_missing, told_unknown, told_improper;
+    bool library_missing, told_unknown;
 
     struct obj_corner *corners; /* of the present face */
     struct vec3 *points;
@@ -85,8 +85,8 @@ static bool read_vertex(struct obj *obj)
     if (!scan_at_end(&obj->scan)) return refuse(obj, "'v' needs three to seven finite numbers");
     uint32_t index;
     obj->vertex_count++;
-    return accept(
-        obj, builder_add_vertex(obj->builder, place_point(&obj->mesh->placement, point), &index));
+    return accept(obj, builder_add_vertex(obj->builder,
+                                          placement_point(&obj->mesh->placement, point), &index));
 }
 
 /* Zero normals, which some programs write, count as none, as do all normals of a mesh that is to be flat. */
@@ -101,8 +101,9 @@ static bool read_normal(struct obj *obj)
     uint32_t *index = &obj->normals[obj->normal_count++];
     *index = NONE;
     if (vec_is_zero(normal) || obj->mesh->crease == 0) return true;
-    return accept(obj, builder_add_normal(obj->builder,
-                                          place_direction(&obj->mesh->placement, normal), index));
+    return accept(obj,
+                  builder_add_normal(obj->builder,
+                                     placement_direction(&obj->mesh->placement, normal), index));
 }
 
 /* ---- faces ---- */
@@ -246,7 +247,7 @@ static bool read_triangle(struct obj *obj)
     struct vec3 point[3];
     for (int i = 0; i < 3; i++)
         point[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
-    note_face(&obj->faces, corners_have_area(point[0], point[1], point[2]), obj->scan.line);
+    faces_note_triangle(&obj->faces, point, obj->scan.line);
     return accept(obj, add_triangle(obj, all));
 }
 
@@ -258,11 +259,7 @@ static bool read_face(struct obj *obj)
         obj->points[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
     struct triangulation *triangles = &obj->triangulation;
     if (!accept(obj, triangulate(obj->points, obj->corner_count, triangles))) return false;
-    if (triangles->improper && !obj->told_improper) {
-        user_warning(obj->mesh->path, obj->scan.line, IMPROPER_POLYGON);
-        obj->told_improper = true;
-    }
-    note_face(&obj->faces, triangles_have_area(obj->points, triangles), obj->scan.line);
+    faces_note_polygon(&obj->faces, obj->points, triangles, obj->mesh->path, obj->scan.line);
     for (size_t i = 0; i < triangles->count; i++)
         if (!accept(obj, add_triangle(obj, triangles->triangles[i]))) return false;
     return true;
@@ -448,7 +445,7 @@ static bool read_all(struct obj *obj)
         user_error(obj->mesh->path, 0, "has no faces, expected a mesh with at least one 'f'");
         return false;
     }
-    warn_of_flat_faces(&obj->faces, obj->mesh->path);
+    faces_warn_of_flat(&obj->faces, obj->mesh->path);
     double crease = fmax(obj->mesh->crease, 0);
     return amended_found(obj) &&
            accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));

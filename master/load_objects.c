@@ -69,7 +69,7 @@ bool resolve_material(const struct reading *at, const struct object *object, uin
 bool load_light(const struct reading *at, void *data)
 {
     struct light *light = data;
-    light->position = place_point(&at->part->placement, light->position);
+    light->position = placement_point(&at->part->placement, light->position);
     return accept_object(at, builder_add_light(at->part->loader->builder, light));
 }
 
@@ -77,7 +77,7 @@ bool load_sphere(const struct reading *at, void *data)
 {
     struct sphere_section *s = data;
     const struct placement *placement = &at->part->placement;
-    s->sphere.center = place_point(placement, s->sphere.center);
+    s->sphere.center = placement_point(placement, s->sphere.center);
     s->sphere.radius *= placement->scale;
     return resolve_material(at, &s->object, &s->sphere.material) &&
            accept_object(at, builder_add_sphere(at->part->loader->builder, &s->sphere));
@@ -87,8 +87,8 @@ bool load_plane(const struct reading *at, void *data)
 {
     struct plane_section *s = data;
     const struct placement *placement = &at->part->placement;
-    s->plane.point = place_point(placement, s->plane.point);
-    s->plane.normal = place_direction(placement, s->plane.normal);
+    s->plane.point = placement_point(placement, s->plane.point);
+    s->plane.normal = placement_direction(placement, s->plane.normal);
     return resolve_material(at, &s->object, &s->plane.material) &&
            accept_object(at, builder_add_plane(at->part->loader->builder, &s->plane));
 }
@@ -97,8 +97,8 @@ bool load_disc(const struct reading *at, void *data)
 {
     struct disc_section *s = data;
     const struct placement *placement = &at->part->placement;
-    s->disc.center = place_point(placement, s->disc.center);
-    s->disc.normal = place_direction(placement, s->disc.normal);
+    s->disc.center = placement_point(placement, s->disc.center);
+    s->disc.normal = placement_direction(placement, s->disc.normal);
     s->disc.radius *= placement->scale;
     return resolve_material(at, &s->object, &s->disc.material) &&
            accept_object(at, builder_add_disc(at->part->loader->builder, &s->disc));
@@ -113,7 +113,7 @@ bool load_triangle(const struct reading *at, void *data)
     if (!corners_have_area(s->corner[0], s->corner[1], s->corner[2]))
         return refuse_object(at, "the corners lie on a line, expected a triangle with an area");
     for (int i = 0; i < 3; i++) {
-        struct vec3 corner = place_point(&at->part->placement, s->corner[i]);
+        struct vec3 corner = placement_point(&at->part->placement, s->corner[i]);
         if (!accept_object(at, builder_add_vertex(builder, corner, &triangle.vertex[i])))
             return false;
     }
@@ -132,7 +132,8 @@ static const char *add_turned_box(struct builder *builder, const struct placemen
     for (int i = 0; i < 8; i++) {
         struct vec3 corner = vec3(i & 1 ? box->max.x : box->min.x, i & 2 ? box->max.y : box->min.y,
                                   i & 4 ? box->max.z : box->min.z);
-        const char *why = builder_add_vertex(builder, place_point(placement, corner), &vertex[i]);
+        const char *why =
+            builder_add_vertex(builder, placement_point(placement, corner), &vertex[i]);
         if (why) return why;
     }
     for (int i = 0; i < 12; i++) {
@@ -155,7 +156,7 @@ bool load_box(const struct reading *at, void *data)
         return refuse_object(at, "the box has no volume, expected min < max in every component");
     if (!placement_keeps_axes(placement))
         return accept_object(at, add_turned_box(builder, placement, box));
-    struct vec3 a = place_point(placement, box->min), b = place_point(placement, box->max);
+    struct vec3 a = placement_point(placement, box->min), b = placement_point(placement, box->max);
     box->min = vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
     box->max = vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
     return accept_object(at, builder_add_box(builder, box));
@@ -164,8 +165,8 @@ bool load_box(const struct reading *at, void *data)
 static bool add_cone(const struct reading *at, const struct object *object, struct cone *cone)
 {
     const struct placement *placement = &at->part->placement;
-    cone->base = place_point(placement, cone->base);
-    cone->apex = place_point(placement, cone->apex);
+    cone->base = placement_point(placement, cone->base);
+    cone->apex = placement_point(placement, cone->apex);
     cone->base_radius *= placement->scale;
     cone->apex_radius *= placement->scale;
     cone->capped = 1;

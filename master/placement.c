@@ -43,7 +43,7 @@ struct placement placement_make(struct vec3 degrees, double scale, struct vec3 t
     return placement;
 }
 
-struct vec3 place_direction(const struct placement *placement, struct vec3 d)
+struct vec3 placement_direction(const struct placement *placement, struct vec3 d)
 {
     const double(*r)[3] = placement->rotation;
     return vec3(r[0][0] * d.x + r[0][1] * d.y + r[0][2] * d.z,
@@ -51,16 +51,16 @@ struct vec3 place_direction(const struct placement *placement, struct vec3 d)
                 r[2][0] * d.x + r[2][1] * d.y + r[2][2] * d.z);
 }
 
-struct vec3 place_point(const struct placement *placement, struct vec3 point)
+struct vec3 placement_point(const struct placement *placement, struct vec3 point)
 {
-    return vec_add_scaled(placement->translate, place_direction(placement, point),
+    return vec_add_scaled(placement->translate, placement_direction(placement, point),
                           placement->scale);
 }
 
 struct placement placement_compose(const struct placement *outer, const struct placement *inner)
 {
     struct placement both = {.scale = outer->scale * inner->scale,
-                             .translate = place_point(outer, inner->translate)};
+                             .translate = placement_point(outer, inner->translate)};
     multiply(outer->rotation, inner->rotation, both.rotation);
     return both;
 }

@@ -21,9 +21,9 @@ struct placement placement_make(struct vec3 degrees, double scale, struct vec3 t
 /* The placement that applies inner first, then outer. */
 struct placement placement_compose(const struct placement *outer, const struct placement *inner);
 
-struct vec3 place_point(const struct placement *placement, struct vec3 point);
+struct vec3 placement_point(const struct placement *placement, struct vec3 point);
 /* Applies the rotation only: for normals, and directions whose length does not matter. */
-struct vec3 place_direction(const struct placement *placement, struct vec3 direction);
+struct vec3 placement_direction(const struct placement *placement, struct vec3 direction);
 
 /* Whether coordinate axes become coordinate axes, so that an axis-aligned box stays one. */
 bool placement_keeps_axes(const struct placement *placement);

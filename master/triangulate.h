@@ -43,10 +43,7 @@ struct triangulation {
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
 
-/* A warning about a polygon whose triangulation is improper. */
-#define IMPROPER_POLYGON                                                                           \
-    "a polygon crosses itself or is bent so far that its triangles overlap, expected flat ones"
-
+/* Frees what it owns; it may be used again. */
 void triangulation_free(struct triangulation *triangulation);
 
 #endif

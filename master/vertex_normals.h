@@ -1,6 +1,6 @@
 /* Computes vertex normals for triangles that have none. */
-#ifndef FARM_MASTER_SMOOTH_H
-#define FARM_MASTER_SMOOTH_H
+#ifndef FARM_MASTER_VERTEX_NORMALS_H
+#define FARM_MASTER_VERTEX_NORMALS_H
 
 #include "master/builder.h"
 

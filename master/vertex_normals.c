@@ -1,4 +1,4 @@
-#include "master/smooth.h"
+#include "master/vertex_normals.h"
 
 #include <float.h>
 #include <math.h>
