@@ -190,10 +190,11 @@ static bool tell_unsampled(const struct run *run, const struct service *service)
 static bool keep_what_is_missing(struct run *run, struct written written, bool timed_out)
 {
     if (!written.picture)
-        return keep(run,
-                    timed_out ? "to go on" : "to write the picture without rendering it again");
+        return keep_run_journal(run, timed_out ? "to go on"
+                                               : "to write the picture without rendering it again");
     if (!written.report && !timed_out)
-        return keep(run, "to write the report, too, without rendering the picture again");
+        return keep_run_journal(run,
+                                "to write the report, too, without rendering the picture again");
     save_drop(run->save);
     run->save = NULL;
     return false;
@@ -267,7 +268,7 @@ int end_early(struct run *run, bool deserted)
     else
         user_error(NULL, 0, "%s at %.1f %% of the pixels", why, per_cent(run, rendered));
     free(why);
-    bool resumable = keep(run, "to go on");
+    bool resumable = keep_run_journal(run, "to go on");
     if (image_write(image, &run->canvas, run->pool))
         user_note("the picture so far is in %s", image);
     note_old_report(run->job.settings.output.report);

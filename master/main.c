@@ -138,8 +138,8 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .stats = run->stats};
 }
 
-/* Gathers at most `most` threads, on the cores of all ranks of this node: these ranks all wait for the next plan
- * of adaptive sampling, and in the end for the picture to be written. */
+/* Creates a pool of at most `most` threads, on the cores of all ranks of this node: these ranks all wait for the next
+ * plan of adaptive sampling, and in the end for the picture to be written. */
 static void create_pool(struct run *run, unsigned most)
 {
     struct core_set own;
@@ -156,8 +156,9 @@ static void destroy_pool(struct run *run)
     run->pool = NULL;
 }
 
-/* The picture is complete: returns the exit status. */
-static int conclude(struct run *run, const struct service *service, const struct node_scene *shared)
+/* Ends a run whose picture is complete or whose time is over. Returns the exit status. */
+static int end_complete(struct run *run, const struct service *service,
+                        const struct node_scene *shared)
 {
     /* For the whole picture, as if a single run had rendered it. */
     double render_s = service->render_s + run->report.resumed.render_s;
@@ -194,7 +195,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     watch_leave_file(&run->watch);
     run->silent = service.silent;
     name_silent(run);
-    return complete ? conclude(run, &service, shared) : end_early(run, service.deserted);
+    return complete ? end_complete(run, &service, shared) : end_early(run, service.deserted);
 }
 
 struct preparation {
@@ -228,17 +229,16 @@ static struct renderer *start_renderer(struct node_scene *shared)
 static int render(struct run *run, int rank, const struct node_scene *shared,
                   struct renderer *renderer)
 {
-    int status = STATUS_DONE;
-    if (rank == 0) {
-        if (run->adaptive) {
-            create_pool(run, band_count(&run->canvas));
-            adaptive_set_pool(run->adaptive, run->pool);
-        }
-        status = render_as_master(run, shared, renderer);
-        destroy_pool(run);
-    } else {
+    if (rank > 0) {
         work(renderer, shared);
+        return STATUS_DONE;
     }
+    if (run->adaptive) {
+        create_pool(run, band_count(&run->canvas));
+        adaptive_set_pool(run->adaptive, run->pool);
+    }
+    int status = render_as_master(run, shared, renderer);
+    destroy_pool(run);
     return status;
 }
 
@@ -254,25 +254,32 @@ static bool mpiexec_forgets(int status)
     return status == STATUS_RESUMABLE || *stop_signal() != 0;
 }
 
+/* Prepares the run on rank 0. Returns what the other ranks are told; *block: the scene, NULL if nothing is rendered. */
+static struct welcome prepare_welcome(struct run *run, struct scene **block)
+{
+    struct welcome welcome = {.magic = WELCOME_MAGIC};
+    snprintf(welcome.build, sizeof welcome.build, "%s", farm_build);
+    run->report.time.init = clock_wall() - run->start;
+    int status = prepare(run, block);
+    if (status < 0) {
+        welcome.scene_bytes = (*block)->bytes;
+        welcome.bvh_bytes = bvh_bytes_bound(*block);
+        welcome.status = STATUS_DONE;
+        stop_watch_the_start(start_limit(run, *block));
+    } else {
+        welcome.status = (uint32_t)status;
+        stop_watch_the_end(status);
+    }
+    return welcome;
+}
+
+/* A rank's part of the run, between the start and the end of MPI; returns its exit status. */
 static int run_rank(struct run *run, int rank)
 {
     struct node_scene shared;
-    struct welcome welcome = {.magic = WELCOME_MAGIC};
+    struct welcome welcome = {0};
     struct scene *block = NULL;
-    snprintf(welcome.build, sizeof welcome.build, "%s", farm_build);
-    if (rank == 0) {
-        run->report.time.init = clock_wall() - run->start;
-        int status = prepare(run, &block);
-        if (status < 0) {
-            welcome.scene_bytes = block->bytes;
-            welcome.bvh_bytes = bvh_bytes_bound(block);
-        }
-        welcome.status = status < 0 ? STATUS_DONE : (uint32_t)status;
-        if (status < 0)
-            stop_watch_the_start(start_limit(run, block));
-        else
-            stop_watch_the_end(status);
-    }
+    if (rank == 0) welcome = prepare_welcome(run, &block);
     int status = share_scene(rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     struct renderer *renderer = start_renderer(&shared);
@@ -397,7 +404,7 @@ int main(int argc, char **argv)
     status = agree_on_status(run_rank(&run, rank));
     stop_watch_the_end(status);
     MPI_Finalize();
-    if (run.neighbours) stop_see_off(run.neighbours, run.neighbour_count);
+    if (run.neighbours) stop_wait_for_exits(run.neighbours, run.neighbour_count);
     free_run(&run);
     return status;
 }

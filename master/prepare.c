@@ -29,33 +29,41 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
  * The prediction is that of probes: the other samples of a tile take down to a fifth of it. */
 #define TILE_PART (1.0 / 64)
 
-static bool make_queue(struct run *run, const struct view *view)
+static struct queue_config queue_config_of(const struct run *run, const struct view *view,
+                                           bool master_renders)
 {
     const struct settings *settings = &run->job.settings;
+    uint32_t processors = run->crowd.processors;
+    return (struct queue_config){
+        .schedule = settings->farm.schedule,
+        .width = view->region_w,
+        .height = view->region_h,
+        .renderers = run->renderers,
+        .master_renders = master_renders,
+        .crowd = &run->crowd,
+        .tile_edge = tile_edge(settings, view, processors),
+        .probe_edge =
+            queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, processors),
+        .samples = view->min_samples,
+        .most_work = TILE_PART * settings->sampling.time_limit / view->min_samples};
+}
+
+/* Makes the queue for the renderers that there are; false after reporting that there are none, or too many tiles. */
+static bool make_queue(struct run *run, const struct view *view)
+{
     /* A single process with --check stands for a run with more of them. */
     bool alone = run->options.action == ACTION_CHECK && run->processes == 1;
-    bool master_renders = settings->farm.master_renders || alone;
-    run->renderers = (uint32_t)run->processes - (master_renders ? 0 : 1);
+    bool master_renders = run->job.settings.farm.master_renders || alone;
+    uint32_t first = master_renders ? 0 : 1;
+    run->renderers = (uint32_t)run->processes - first;
     if (run->renderers == 0) {
         user_error(
             NULL, 0,
             "nobody would render: with farm.master_renders = no, start at least 2 processes");
         return false;
     }
-    crowd_init(&run->crowd, run->affinities + (master_renders ? 0 : 1), run->renderers);
-    uint32_t processors = run->crowd.processors;
-    struct queue_config config = {.schedule = settings->farm.schedule,
-                                  .width = view->region_w,
-                                  .height = view->region_h,
-                                  .renderers = run->renderers,
-                                  .master_renders = master_renders,
-                                  .crowd = &run->crowd,
-                                  .tile_edge = tile_edge(settings, view, processors),
-                                  .samples = view->min_samples,
-                                  .most_work = TILE_PART * settings->sampling.time_limit /
-                                               view->min_samples};
-    config.probe_edge =
-        queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, processors);
+    crowd_init(&run->crowd, run->affinities + first, run->renderers);
+    struct queue_config config = queue_config_of(run, view, master_renders);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = queue_tile_edge(run->queue);
@@ -221,7 +229,7 @@ static int open_rendering(struct run *run, const struct view *view, const struct
     make_room(run, view);
     if (run->adaptive) pass_tiles_tell_work(run->queue, run->adaptive);
     double start = clock_wall();
-    bool opened = open_save(run, block);
+    bool opened = open_run_journal(run, block);
     run->report.time.resume = clock_wall() - start;
     if (!opened) return STATUS_INPUT;
     if (!starts_in_time(run)) return STATUS_FAILED;

@@ -1,9 +1,9 @@
 /*
  * A run on rank 0, from the arguments to the exit status:
  *
- *   main.c --> prepare.c --> keep.c          loads the scene, makes the queue, takes over an earlier run
- *          --> serve.h                       renders
- *          --> conclude.c --> keep.c         writes the picture and the report, or keeps the journal
+ *   main.c --> prepare.c  --> run_journal.c   loads the scene, makes the queue, takes over an earlier run
+ *          --> serve.h                        renders
+ *          --> conclude.c --> run_journal.c   writes the picture and the report, or keeps the journal
  */
 #ifndef FARM_MASTER_RUN_H
 #define FARM_MASTER_RUN_H
@@ -60,7 +60,7 @@ int close_output(void);
  * status, or -1 to go on with *block, the scene, which the caller frees. */
 int prepare(struct run *run, struct scene **block);
 
-/* ---- keep.c ---- */
+/* ---- run_journal.c ---- */
 
 /* Percentage of the picture. Numbers of tiles cannot be compared: each run cuts the picture as it needs. */
 double per_cent(const struct run *run, uint64_t pixels);
@@ -70,11 +70,11 @@ uint64_t pixels_left(const struct run *run);
 
 /* Opens the journal, if one is wanted, and takes over what an earlier run has left in it; false after reporting why
  * that is not possible. */
-bool open_save(struct run *run, const struct scene *scene);
+bool open_run_journal(struct run *run, const struct scene *scene);
 
 /* Keeps the journal for a later run and prints the command that starts that run; then: what it will do, as in
  * "to go on". Returns whether the journal could be kept. */
-bool keep(struct run *run, const char *then);
+bool keep_run_journal(struct run *run, const char *then);
 
 /* ---- conclude.c ---- */
 

@@ -248,7 +248,7 @@ static bool lingers(int process)
     return true;
 }
 
-void stop_see_off(const int *processes, int count)
+void stop_wait_for_exits(const int *processes, int count)
 {
     double until = clock_wall() + LONGEST_END;
     for (int i = 0; i < count; i++) {

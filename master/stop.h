@@ -70,6 +70,6 @@ void stop_watch_the_end(int status);
  * Waits, for some seconds at most, until these processes of this machine have exited: other ranks that have
  * nothing more to do. Stopped ones are sent SIGCONT, for mpiexec would wait for them for ever.
  */
-void stop_see_off(const int *processes, int count);
+void stop_wait_for_exits(const int *processes, int count);
 
 #endif

@@ -123,7 +123,7 @@ static void test_held(void **state)
 static double see_off(pid_t process)
 {
     double start = clock_wall();
-    stop_see_off(&(int){(int)process}, 1);
+    stop_wait_for_exits(&(int){(int)process}, 1);
     return clock_wall() - start;
 }
 

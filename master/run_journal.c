@@ -90,7 +90,7 @@ uint64_t pixels_left(const struct run *run)
     return canvas_pixels(&run->canvas) - queue_count(run->queue).pixels_finished;
 }
 
-bool open_save(struct run *run, const struct scene *scene)
+bool open_run_journal(struct run *run, const struct scene *scene)
 {
     const char *path = run->job.settings.output.journal;
     if (!*path) return true;
@@ -131,7 +131,7 @@ static bool starts_plainly(const struct run *run)
     return run->processes == 1 || (stop_has_launcher() && run->neighbour_count == run->processes);
 }
 
-bool keep(struct run *run, const char *then)
+bool keep_run_journal(struct run *run, const char *then)
 {
     if (!run->save) {
         user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
