@@ -29,7 +29,7 @@ struct file_header {
     uint64_t checksum; /* of the above */
 };
 
-_Static_assert(sizeof(struct file_header) == 24, "stands in files");
+_Static_assert(sizeof(struct file_header) == 24, "it is stored in files");
 
 struct journal {
     char *path; /* owned */

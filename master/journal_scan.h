@@ -28,7 +28,7 @@ struct record_header {
     uint64_t bytes; /* of the payload that follows */
 };
 
-_Static_assert(sizeof(struct record_header) == 64, "stands in files");
+_Static_assert(sizeof(struct record_header) == 64, "it is stored in files");
 
 /* The checksum of a record: of its header without the checksum, and, unless it is a gap, of its payload; offset:
  * its place in the file. */

@@ -161,7 +161,7 @@ static void begin_pass(struct server *server)
 }
 
 /* Whether to measure again how long writing takes: after pass 0, and when all pixels have samples. */
-static bool is_to_try(const struct adaptive *adaptive)
+static bool is_writing_to_be_measured(const struct adaptive *adaptive)
 {
     if (!adaptive_is_first(adaptive)) return false;
     return adaptive_passes(adaptive) == 1 || adaptive_unsampled(adaptive) == 0;
@@ -169,7 +169,7 @@ static bool is_to_try(const struct adaptive *adaptive)
 
 /* After a pass 0 that was cut off, fills the picture to see how long that takes, and measures how long writing
  * such a picture takes. */
-static void look_at_picture(struct server *server)
+static void measure_end(struct server *server)
 {
     const struct adaptive *adaptive = server->service->adaptive;
     double begin = clock_wall();
@@ -179,16 +179,16 @@ static void look_at_picture(struct server *server)
         fill_picture(server);
         server->fill_s = clock_wall() - begin;
     }
-    if (is_to_try(adaptive)) estimate_writing(server, true);
+    if (is_writing_to_be_measured(adaptive)) estimate_writing(server, true);
 }
 
 /* Plans the next pass, when all that the last one has asked for is in. The next plan is assumed to take as long. */
-static void go_on(struct server *server)
+static void plan_next_pass(struct server *server)
 {
     struct adaptive *adaptive = server->service->adaptive;
     double begin = clock_wall();
     if (server->is_cut) adaptive_cut(adaptive, fmax(server->cut_s - rendered_s(server), 0));
-    look_at_picture(server);
+    measure_end(server);
     double looked = clock_wall();
     /* What an earlier run has left need not be a complete pass. */
     if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
@@ -211,6 +211,6 @@ void follow_passes(struct server *server)
     end_late_probes(server);
     cut_when_late(server);
     while (!server->last_pass && queue_complete(server->service->queue) && seconds_left(server) > 0)
-        go_on(server);
+        plan_next_pass(server);
     pthread_mutex_unlock(&server->lock);
 }
