@@ -7,11 +7,6 @@
 #include "worker/inlined.h"
 #include "worker/renderer.h"
 
-/*
- * The functions below that take `primary_only` are compiled twice. It is true for a scene in which nothing
- * reflects or refracts: every sample is then a single ray of weight 1, and there are no trees and no media.
- */
-
 /* A ray whose coarse bound exceeds this many cutoffs is traced almost certainly, so its bound is not
  * tightened. */
 #define COARSE_CUTOFFS 4

@@ -1,6 +1,9 @@
 /*
  * The state of a renderer (worker/render.h). render.c starts samples and takes them through their trees wave
  * by wave, trace.c processes the rays of one wave, pixels.c computes the pixels from finished samples.
+ *
+ * Functions of render.c and trace.c that take `primary_only` are compiled twice. It is true for a scene in which
+ * nothing reflects or refracts: every sample is then a single ray of weight 1, and there are no trees and no media.
  */
 #ifndef FARM_WORKER_RENDERER_H
 #define FARM_WORKER_RENDERER_H

@@ -7,11 +7,6 @@
 #include "worker/renderer.h"
 #include "worker/shade.h"
 
-/*
- * The functions below that take `primary_only` are compiled twice. It is true for a scene in which nothing
- * reflects or refracts: every sample is then a single ray of weight 1, and there are no trees and no media.
- */
-
 /* ---- further rays ---- */
 
 /* The pending rays of a sample; made empty at the first use. */
