@@ -80,27 +80,33 @@ static void test_direct(void **state)
     assert_true(closest > 0.9); /* and the bound is tight */
 }
 
+static const struct material white_matte = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+
+/* A white matte ball of radius 1 at the origin under two lights. The caller frees the scene. */
+static struct scene *lit_ball(const struct light lights[2])
+{
+    struct builder *builder = builder_create();
+    for (int i = 0; i < 2; i++)
+        assert_added(builder_add_light(builder, &lights[i]));
+    uint32_t index;
+    assert_added(builder_add_material(builder, &white_matte, &index));
+    struct sphere sphere = {{0, 0, 0}, 1, index, 0};
+    assert_added(builder_add_sphere(builder, &sphere));
+    struct view view = small_view(EDGE);
+    return finish(builder, &view);
+}
+
 /* Two opposite lights cannot light a surface together. */
 static void test_opposite_lights(void **state)
 {
     (void)state;
-    struct builder *builder = builder_create();
-    for (int i = -1; i < 2; i += 2) {
-        struct light light = {{0, 1e6 * i, 0}, {1, 1, 1}};
-        assert_added(builder_add_light(builder, &light));
-    }
-    struct material matte = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
-    uint32_t index;
-    assert_added(builder_add_material(builder, &matte, &index));
-    struct sphere sphere = {{0, 0, 0}, 1, index, 0};
-    assert_added(builder_add_sphere(builder, &sphere));
-    struct view view = small_view(EDGE);
-    struct scene *scene = finish(builder, &view);
+    const struct light lights[2] = {{{0, -1e6, 0}, {1, 1, 1}}, {{0, 1e6, 0}, {1, 1, 1}}};
+    struct scene *scene = lit_ball(lights);
     struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
-    struct vec3 most = direct_in(scene, &matte, &box);
+    struct vec3 most = direct_in(scene, &white_matte, &box);
     assert_true(most.x >= 1 && most.x < 1.001);
     struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-    most = direct_in(scene, &matte, &everywhere);
+    most = direct_in(scene, &white_matte, &everywhere);
     assert_true(most.x >= 2 && most.x < 2 + 1e-12);
     free(scene);
 }
@@ -116,19 +122,10 @@ static void test_nearly_opposite_lights(void **state)
         double tilt = 1e-10 * i, far = 1e12;
         struct light lights[2] = {{near, white},
                                   {{-far * (1 + tilt / 4), -far * (0.25 - tilt), 0}, white}};
-        struct builder *builder = builder_create();
-        for (int k = 0; k < 2; k++)
-            assert_added(builder_add_light(builder, &lights[k]));
-        struct material matte = {.color = white, .diffuse = 1, .ior = 1};
-        uint32_t index;
-        assert_added(builder_add_material(builder, &matte, &index));
-        struct sphere sphere = {{0, 0, 0}, 1, index, 0};
-        assert_added(builder_add_sphere(builder, &sphere));
-        struct view view = small_view(EDGE);
-        struct scene *scene = finish(builder, &view);
+        struct scene *scene = lit_ball(lights);
         struct vec3 sum = vec_add(vec_normalize(vec_sub(lights[0].position, end)),
                                   vec_normalize(vec_sub(lights[1].position, end)));
-        double claimed = direct_in(scene, &matte, &box).x;
+        double claimed = direct_in(scene, &white_matte, &box).x;
         assert_true(vec_length(sum) <= claimed && claimed < vec_length(sum) + 1e-11);
         free(scene);
     }
