@@ -417,14 +417,28 @@ static void test_drops_several(void **state)
     assert_true(second.tile_id == 9 && second.pixels == RESULT_DROPPED && !(second.busy_s > 0));
 }
 
+/* On a cache line, as it is in the memory that a node shares; to be freed with delete_tray(). */
+static struct tray *new_tray(void)
+{
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    assert_non_null(tray);
+    tray_init(tray);
+    return tray;
+}
+
+static void delete_tray(struct tray *tray)
+{
+    tray_free(tray);
+    free(tray);
+}
+
 /* A renderer whose lot comes through the tray, the second of what the master says, or the one with that number:
  * there, or late. */
 static void follow_lot(const struct line *lines, size_t count, unsigned number,
                        struct manner manner)
 {
     static const struct line in_tray = LOT;
-    struct tray *tray = manner.tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = manner.tray = new_tray();
     tray_count_sent(tray);
     if (manner.late_lot)
         manner.late_lot = &in_tray;
@@ -432,8 +446,7 @@ static void follow_lot(const struct line *lines, size_t count, unsigned number,
         put_lot(tray, &in_tray, number);
     follow_in(&manner, lines, count, 1);
     assert_int_equal(slots_bytes(&tray->lots, 0), 0);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 #define SAID                                                                                       \
@@ -486,8 +499,7 @@ static void follow_wrong(void *state)
     static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP},
                              in_tray = LOT;
     const struct wrong_lot *wrong = state;
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = new_tray();
     tray_count_sent(tray);
     put_lot(tray, &in_tray, 1);
     tray->sent_before[0] = wrong->sent_before;
@@ -622,10 +634,9 @@ static void test_many_lots(void **state)
 {
     (void)state;
     static const struct line lines[] = {SAID, STOP};
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    struct tray *tray = new_tray();
     pthread_t thread;
     void *served;
-    tray_init(tray);
     tray_count_sent(tray); /* START */
     atomic_store(&quiet, true);
     assert_int_equal(pthread_create(&thread, NULL, serve_tray, tray), 0);
@@ -633,8 +644,7 @@ static void test_many_lots(void **state)
     pthread_join(thread, &served);
     assert_non_null(served);
     assert_int_equal(master.messages, 2);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 /* A renderer that is woken when there is a message neither polls nor uses CPU time until then. */
@@ -643,16 +653,14 @@ static void test_sleeps_until_it_is_woken(void **state)
     (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     struct late_master late = {.rings = true};
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = new_tray();
     follow_in(&(struct manner){.tray = tray, .late = &late}, lines, sizeof lines / sizeof *lines,
               1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.looks, 0);
     assert_true(late.cpu_s < QUIET_S / 4);
     assert_true(master.heard_at < late.spoke + SOON);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 /* If nobody rings, it still finds the message by polling from time to time. */
@@ -661,15 +669,13 @@ static void test_looks_now_and_then(void **state)
     (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     struct late_master late = {.rings = false};
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = new_tray();
     follow_in(&(struct manner){.tray = tray, .late = &late}, lines, sizeof lines / sizeof *lines,
               1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.looks, 0);
     assert_true(master.heard_at < late.spoke + 2);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 /* While its own result is being sent in a message, as no slot is empty, it must poll, so that MPI makes progress. */
@@ -677,16 +683,14 @@ static void test_looks_while_it_sends(void **state)
 {
     (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = new_tray();
     double begin = clock_wall();
     follow_in(&(struct manner){.tray = tray, .held_up = 20, .full = TRAY_SLOTS}, lines,
               sizeof lines / sizeof *lines, 1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.held_up, 0);
     assert_true(clock_wall() < begin + SOON);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 /* It goes on rendering although none of its results has been taken: the first ones are in the tray, later ones are
@@ -696,15 +700,13 @@ static void test_renders_on_while_it_sends(void **state)
     (void)state;
     static const struct line lines[] = {BEGIN,   NOTHING, NOTHING, LOT,     NOTHING, NOTHING, LOT,
                                         NOTHING, NOTHING, LOT,     NOTHING, NOTHING, STOP};
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    tray_init(tray);
+    struct tray *tray = new_tray();
     follow_in(&(struct manner){.tray = tray, .held_up = 300}, lines, sizeof lines / sizeof *lines,
               4);
     assert_int_equal(master.results, 4);
     assert_int_equal(master.left, TRAY_SLOTS);
     assert_true(master.held_up_left > 200);
-    tray_free(tray);
-    free(tray);
+    delete_tray(tray);
 }
 
 /* A tile that takes long is reported, after the finished tiles are sent; when it is done, it is sent at once. With a
@@ -818,14 +820,12 @@ static void test_long_lot(void **state)
 static void test_tells_of_what_takes_long(void **state)
 {
     (void)state;
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     for (uint32_t number = 0; number < 2; number++) {
+        struct tray *tray = new_tray();
         tell_of(number, NULL);
-        tray_init(tray);
         tell_of(number, tray);
-        tray_free(tray);
+        delete_tray(tray);
     }
-    free(tray);
 }
 
 /* A result that is a little longer than MPI delivers eagerly is sent in two parts, the first with as many tiles as
