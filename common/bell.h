@@ -17,7 +17,11 @@ struct bell {
     sem_t calls;
 };
 
+/* Must be called once before any thread or process uses the bell, where it then stays: it must not be copied. The
+ * process ends if the system grants no semaphore. */
 void bell_init(struct bell *bell);
+
+/* No thread may use it any more. */
 void bell_free(struct bell *bell);
 
 /* Rings the bell; any thread may. Makes a system call only if a thread sleeps. */

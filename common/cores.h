@@ -28,6 +28,8 @@ struct affinity {
     char machine[40]; /* boot id, unique among running machines; empty: unknown */
     cpu_set_t cores;  /* empty: unknown, or cores beyond the first CPU_SETSIZE are among them */
 };
+
+/* Fills in that of the calling process; what the system does not tell is left unknown. */
 void affinity_find(struct affinity *affinity);
 
 /* Ranks exchange this first, before they can find out that they are different builds: its size must never

@@ -325,8 +325,8 @@ bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
 /* Counts a bad sample and keeps the first one. */
 void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample);
 
+/* Add up; of `truncation` the larger one counts, of the first bad samples the one that precedes the other. */
 void error_sum_add(struct error_sum *sum, const struct error_sum *more);
-
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
 /*

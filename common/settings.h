@@ -65,6 +65,7 @@ static inline bool settings_adaptive(const struct settings *settings)
     return settings->sampling.target_error > 0 || settings->sampling.time_limit > 0;
 }
 
+/* Sets every key to its fallback. Strings are owned: settings_free() frees them. */
 void settings_init(struct settings *settings);
 void settings_free(struct settings *settings);
 

@@ -10,6 +10,7 @@
 
 #define BAND_ROWS 32u
 
+/* The last band may have fewer rows. */
 uint32_t band_count(const struct canvas *canvas);
 
 /* The first row of a band; the band ends at that of the next one. */

@@ -23,6 +23,7 @@ static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t
     return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
 }
 
+/* A picture with all pixels 0, whose pages are mapped: storing a tile causes no page faults. */
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
 void canvas_free(struct canvas *canvas);
 

@@ -15,6 +15,7 @@ struct coverage {
     uint64_t *bits; /* one per pixel, rows from the top; owned */
 };
 
+/* For a region of this size, in pixels; none is finished. */
 void coverage_init(struct coverage *coverage, uint32_t width, uint32_t height);
 void coverage_free(struct coverage *coverage);
 

@@ -19,6 +19,7 @@ struct effort {
     struct spent on_first, on_later; /* pixels' first samples, and all others */
 };
 
+/* Nothing is spent yet. */
 void effort_init(struct effort *effort, const struct levels *levels);
 
 /* Effort of a pixel's samples from a level to a higher one, at one ray per sample. */

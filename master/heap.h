@@ -1,4 +1,4 @@
-/* An indexed binary heap: numbered things, the one with the highest key on top; of equal keys the lowest number. */
+/* An indexed heap: numbered things, the one with the highest key on top; of equal keys the lowest number. */
 #ifndef FARM_MASTER_HEAP_H
 #define FARM_MASTER_HEAP_H
 
@@ -29,10 +29,13 @@ void heap_put(struct heap *heap, uint32_t id, double key);
 /* Removes id, if it is in: O(log n). */
 void heap_remove(struct heap *heap, uint32_t id);
 
+/* Removes all; the room stays. */
 void heap_clear(struct heap *heap);
 
+/* Whether id, which may be beyond the room, is in. */
 bool heap_has(const struct heap *heap, uint32_t id);
 
+/* Whether a is to be above b. */
 static inline bool heap_before(const struct heap_entry *a, const struct heap_entry *b)
 {
     return a->key > b->key || (a->key == b->key && a->id < b->id);

@@ -41,6 +41,7 @@ struct holdings {
     struct heap stocked;       /* renderers with two open tiles or more; keys may be too high */
 };
 
+/* Of this many renderers, none of which holds anything. */
 void holdings_init(struct holdings *holdings, uint32_t renderers);
 void holdings_free(struct holdings *holdings);
 

@@ -18,6 +18,7 @@ struct json {
     bool follows;          /* the next value is not the first one of its container */
 };
 
+/* Starts a text, which json_end() returns. */
 void json_begin(struct json *json);
 
 /* The same, but writes to a file of the caller's, who checks it for errors and closes it. json_end() is not called. */

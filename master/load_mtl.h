@@ -10,6 +10,7 @@
 #define MATERIAL_NAME_SIZE 1024 /* bytes with the NUL; the rest of a longer name is ignored */
 
 struct material_library;
+/* An empty one, to be freed with material_library_destroy(). */
 struct material_library *material_library_create(void);
 void material_library_destroy(struct material_library *library);
 

@@ -20,6 +20,7 @@ struct name_table {
 /* Sets the value of a name, which is copied if it is new. */
 void name_table_set(struct name_table *table, const char *name, uint32_t value);
 
+/* Stores the value of a name in *value; false, with *value left as it is, if it has none. */
 bool name_table_find(const struct name_table *table, const char *name, uint32_t *value);
 
 void name_table_free(struct name_table *table);

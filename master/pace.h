@@ -57,6 +57,7 @@ struct pace {
     uint32_t unplaced;
 };
 
+/* Of this many renderers, none of which has work. */
 void pace_init(struct pace *pace, uint32_t renderers);
 void pace_free(struct pace *pace);
 

@@ -65,6 +65,8 @@ int prepare(struct run *run, struct scene **block);
 /* Percentage of the picture. Numbers of tiles cannot be compared: each run cuts the picture as it needs. */
 double per_cent(const struct run *run, uint64_t pixels);
 
+/* What is still to be rendered. With adaptive sampling: pixels without any samples, and, after the first pass, an
+ * estimate of the tiles that they are. */
 uint32_t tiles_left(const struct run *run);
 uint64_t pixels_left(const struct run *run);
 

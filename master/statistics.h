@@ -14,6 +14,7 @@ struct levels {
     double samples[LEVEL_MAX + 1], power[LEVEL_MAX + 1];
     uint32_t last; /* the lowest level that has max_samples */
 };
+
 void levels_init(struct levels *levels, const struct view *view);
 
 /* The share of a squared error that remains when a pixel goes from one level to another one. */

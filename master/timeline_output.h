@@ -8,6 +8,7 @@
 #include "master/report.h"
 #include "master/timeline.h"
 
+/* Whether the settings name a file that the timeline is written to. */
 bool timeline_wanted(const struct settings *settings);
 
 /* Whether all that are wanted could be written, tested before rendering; says why not. */

@@ -24,6 +24,8 @@ struct truth {
     double most; /* largest difference of a component */
     double p999; /* 99.9 % of the pixels differ by less in every component */
 };
+
+/* The two pictures have the same size, of one pixel at least. */
 struct truth truth_of(const struct canvas *canvas, const struct canvas *reference);
 
 #endif

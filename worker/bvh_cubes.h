@@ -33,7 +33,10 @@ static inline struct cube cube_around(const struct bounds *box, const double cen
 
 /* Counters for this many boxes, at least four for each: two cubes may share one. */
 struct cubes cubes_for(uint32_t boxes);
+
+/* Counts one more box in the cube. */
 void cubes_count(struct cubes *cubes, struct cube cube);
+
 /* The number of boxes counted in this cube. */
 uint32_t cubes_crowd(const struct cubes *cubes, struct cube cube);
 void cubes_free(struct cubes *cubes);

@@ -72,8 +72,10 @@ struct bvh_input {
     struct thread_pool *pool; /* for large ranges; may be NULL */
 };
 
+/* A range that starts at the item of index first, to which range_add() adds the items from there on. */
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
+
 /* Adds the items of another range, which directly follow those of the first one. */
 void range_append(struct range *range, const struct range *more);
 
@@ -86,6 +88,8 @@ static inline double cost_of(uint32_t weight)
 
 /* round_down(): one float below the float nearest to x, or -FLT_MAX; this also covers the rounding errors of bounds. */
 float round_down(double x);
+
+/* The same upwards: one float above, or FLT_MAX. */
 float round_up(double x);
 
 /* These floats may stand for values beyond them. */

@@ -29,11 +29,14 @@ struct media;
 /* The empty stack: the world outside, of index 1. */
 #define MEDIUM_OUTSIDE 0u
 
+/* For rays in this scene, which must outlive it. Freed by media_destroy(). */
 struct media *media_create(const struct scene *scene);
 void media_destroy(struct media *media);
 
 /* Forgets all stacks but MEDIUM_OUTSIDE: bounds the memory when no ray is under way. */
 void media_clear(struct media *media);
+
+/* Stacks that are remembered, MEDIUM_OUTSIDE included. */
 uint32_t media_count(const struct media *media);
 
 /* The indices of refraction on both sides when a ray crosses the surface of a primitive. */
@@ -44,6 +47,7 @@ struct crossing_media {
     bool unmatched;
 };
 
+/* For a ray in the medium of a stack that enters or leaves the object behind the surface of a primitive. */
 struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t primitive,
                                   bool entering);
 

@@ -37,6 +37,8 @@ double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_lig
  * relative error is at most 3 u. -infinity if eta is beyond 2^500.
  */
 double snell_k(double from, double to, double cos_i);
+
+/* The same by the plain formula. */
 double snell_k_paper(double eta, double cos_i);
 
 /*
@@ -44,6 +46,8 @@ double snell_k_paper(double eta, double cos_i);
  * If the indices are equal, the direction is unchanged.
  */
 bool snell(struct vec3 view, struct vec3 normal, double from, double to, struct vec3 *direction);
+
+/* The same by the paper's formulas; eta = from / to. */
 bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction);
 
 /*
@@ -51,6 +55,8 @@ bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *
  * chain of mirrors, and it never points to the far side of normal if view comes from the near side.
  */
 struct vec3 mirror(struct vec3 view, struct vec3 normal);
+
+/* The same by the paper's formula, without corrections. */
 struct vec3 mirror_paper(struct vec3 view, struct vec3 normal);
 
 #endif
