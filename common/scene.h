@@ -193,6 +193,17 @@ static inline uint32_t primitive_index(uint32_t id)
     return id & (PRIMITIVE_MAX_COUNT - 1);
 }
 
+/* Whether the primitives of a kind are triangles: so are patches, which have normals besides. */
+static inline bool kind_is_triangle(enum primitive_kind kind)
+{
+    return kind <= PRIMITIVE_PATCH;
+}
+
+static inline bool is_triangle(uint32_t id)
+{
+    return kind_is_triangle(primitive_kind(id));
+}
+
 static inline const void *scene_at(const struct scene *scene, const struct scene_span *span)
 {
     return (const char *)scene + span->offset;

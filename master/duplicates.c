@@ -126,11 +126,6 @@ static uint64_t *hash_vertices(const struct vec3 *vertices, uint64_t count)
     return hashes;
 }
 
-static bool has_corners(enum primitive_kind kind)
-{
-    return kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH;
-}
-
 /* The caller sets vertex_hashes before places are compared. */
 static struct kind kind_of(enum primitive_kind kind, const struct vec3 *vertices,
                            const struct material *materials)
@@ -147,7 +142,7 @@ uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct material *materials)
 {
     if (count < 2) return count;
-    uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
+    uint64_t *hashes = kind_is_triangle(kind) ? hash_vertices(vertices, vertex_count) : NULL;
     struct kind own = kind_of(kind, vertices, materials);
     own.vertex_hashes = hashes;
     struct table table = table_for(count);
@@ -176,7 +171,7 @@ struct coincidences find_coincidences(enum primitive_kind kind, const void *item
     for (uint64_t i = 0; i < count; i++)
         clear += !is_opaque(&own, all + i * own.size);
     if (clear < 2) return found;
-    uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
+    uint64_t *hashes = kind_is_triangle(kind) ? hash_vertices(vertices, vertex_count) : NULL;
     own.vertex_hashes = hashes;
     struct table table = table_for(clear);
     for (uint32_t i = 0; i < count; i++) {

@@ -37,7 +37,7 @@ static uint64_t leaf_bound(const struct scene *scene)
 /* The weight of one primitive, in units of 1 / PACK: PACK triangles count as one test. */
 static uint32_t weight_of(enum primitive_kind kind)
 {
-    return kind <= PRIMITIVE_PATCH ? 1 : PACK;
+    return kind_is_triangle(kind) ? 1 : PACK;
 }
 
 static uint64_t weight_bound(const struct scene *scene)

@@ -60,7 +60,7 @@ static inline bool are_known_coplanar(const struct known_planes *known, uint32_t
 static inline bool has_one_plane(uint32_t id)
 {
     enum primitive_kind kind = primitive_kind(id);
-    return kind <= PRIMITIVE_PATCH || kind == PRIMITIVE_DISC || kind == PRIMITIVE_PLANE;
+    return kind_is_triangle(kind) || kind == PRIMITIVE_DISC || kind == PRIMITIVE_PLANE;
 }
 
 /* Records that a and b lie in one plane. */

@@ -32,11 +32,10 @@ void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struc
 /* In place of a weight that is not yet computed, in the hit of a triangle or patch. */
 #define WEIGHT_UNKNOWN (-1.0)
 
-/* Whether t is only approximate. Solids and flat surfaces are the kinds after the patches. */
+/* Whether t is only approximate. */
 static inline bool is_rough_hit(const struct hit *hit)
 {
-    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit_t_error(hit) > 0
-                                                            : hit->v == WEIGHT_UNKNOWN;
+    return is_triangle(hit->primitive) ? hit->v == WEIGHT_UNKNOWN : hit_t_error(hit) > 0;
 }
 
 /* The hit of nearest() for a ray, from that of nearest_rough(). */

@@ -162,7 +162,7 @@ static inline void nearest_waiting(struct nearest_walk *walk)
 /* The hit at a crossing that is only known by plain arithmetic. */
 static inline struct hit rough_hit(uint32_t id, uint32_t part, double from, double to)
 {
-    double v = primitive_kind(id) > PRIMITIVE_PATCH ? 0 : WEIGHT_UNKNOWN;
+    double v = is_triangle(id) ? WEIGHT_UNKNOWN : 0;
     return (struct hit){from / 2 + to / 2, to - from, v, id, (uint16_t)part, 0};
 }
 

@@ -48,11 +48,6 @@ static inline bool transmits(const struct scene *scene, uint32_t id)
     return scene_materials(scene)[primitive_material(scene, id)].transmission > 0;
 }
 
-static inline bool is_triangle(uint32_t id)
-{
-    return primitive_kind(id) <= PRIMITIVE_PATCH;
-}
-
 static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
 {
     for (unsigned i = 0; i < 3; i++)
