@@ -509,10 +509,9 @@ FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_
     if (part == CONE_APEX_CAP) return vec_normalize(axis);
     if (part == CONE_BASE_CAP) return vec_normalize(vec_neg(axis));
     struct dd W = dd3_dot(w, w);
-    struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
+    struct dd3 radial = cone_radial(p, w, W);
     struct dd rho = dd_sqrt(dd3_dot(radial, radial));
-    struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
-    struct vec3 gradient = dd3_round(dd3_sub(radial, tilt));
+    struct vec3 gradient = cone_gradient(radial, rho, widening, w, W);
     if (vec_is_zero(gradient)) return vec_normalize(widening.high < 0 ? axis : vec_neg(axis));
     return vec_normalize(gradient);
 }

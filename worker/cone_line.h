@@ -174,18 +174,30 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
 }
 
+/* The part of p, relative to the base, that is across the axis w. W = w.w. */
+static inline struct dd3 cone_radial(struct dd3 p, struct dd3 w, struct dd W)
+{
+    return dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
+}
+
+/* Half the gradient of |radial|^2 - rho^2, a multiple of that of the quadric, where rho = |radial|. widening:
+ * apex_radius - base_radius. */
+static inline struct vec3 cone_gradient(struct dd3 radial, struct dd rho, struct dd widening,
+                                        struct dd3 w, struct dd W)
+{
+    return dd3_round(dd3_sub(radial, dd3_multiply(w, dd_div(dd_mul(rho, widening), W))));
+}
+
 /* The gradient at a point p of the side, which cone_normal() normalizes. On the axis *sure becomes false. */
 static inline struct vec3 cone_side_gradient(const struct cone *cone, struct dd3 p, bool *sure)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
     struct dd W = dd3_dot(w, w);
     struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
-    struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
+    struct dd3 radial = cone_radial(p, w, W);
     struct dd square = dd3_dot(radial, radial);
     *sure &= square.high > 0;
-    struct dd rho = dd_root(square);
-    struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
-    return dd3_round(dd3_sub(radial, tilt));
+    return cone_gradient(radial, dd_root(square), widening, w, W);
 }
 
 #endif
