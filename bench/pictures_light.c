@@ -114,7 +114,7 @@ static void compare_lobes(struct block *block, const void *context)
         mpfr_set_d(x.c, n, ROUND);
         mpfr_pow(x.d, x.d, x.c, ROUND);
         double ours = phong_lobe(view, normal, light, n);
-        double paper = phong_lobe_paper(view, normal, light, n);
+        double paper = naive_phong_lobe(view, normal, light, n);
         score_error(&block->tally->ours, lobe_error(ours, x.d), block->first + i);
         score_error(&block->tally->paper, lobe_error(paper, x.d), block->first + i);
         block->tally->samples++;
@@ -179,7 +179,7 @@ void run_phong_ends(const struct budget *budget, struct case_result *result)
     for (uint64_t i = 0; i < budget->rays; i++) {
         struct random same = random;
         wrong += wrong_ends(&random, phong_lobe);
-        paper += wrong_ends(&same, phong_lobe_paper);
+        paper += wrong_ends(&same, naive_phong_lobe);
     }
     for (int i = 0; i < LOBES; i++) {
         meeting(&random, 0.7, &normal_case[i][0], &normal_case[i][1]);
@@ -291,7 +291,7 @@ static void pass_equal(struct block *block, const void *context)
         bool passed = snell(view, normal, ior, ior, &direction);
         if (!passed || !same_bits(direction, view))
             score_wrong(&block->tally->ours, block->first + i);
-        passed = snell_paper(view, normal, ior / ior, &direction);
+        passed = naive_snell(view, normal, ior / ior, &direction);
         if (!passed || !same_bits(direction, view))
             score_wrong(&block->tally->paper, block->first + i);
         block->tally->samples++;
@@ -360,7 +360,7 @@ static void compare_k(struct block *block, const void *context)
         double from, to, cosine;
         snell_case(&block->random, &from, &to, &cosine);
         exact_k(k, other, from, to, cosine);
-        double ours = snell_k(from, to, cosine), paper = snell_k_paper(from / to, cosine);
+        double ours = snell_k(from, to, cosine), paper = naive_snell_k(from / to, cosine);
         bool total = mpfr_sgn(k) < 0;
         if ((ours < 0) != total) score_wrong(&block->tally->ours, block->first + i);
         if ((paper < 0) != total) score_wrong(&block->tally->paper, block->first + i);
@@ -407,7 +407,7 @@ static void graze(struct block *block, const void *context)
         real_dot(x.a, x.v, x.n);
         if (mpfr_sgn(x.a) > 0) normal = vec_neg(normal); /* rounded to the far side */
         score_mirror(&x, &block->tally->ours, mirror(view, normal), normal, block->first + i);
-        score_mirror(&x, &block->tally->paper, mirror_paper(view, normal), normal,
+        score_mirror(&x, &block->tally->paper, naive_mirror(view, normal), normal,
                      block->first + i);
         block->tally->samples++;
     }

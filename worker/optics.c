@@ -24,7 +24,7 @@ FLATTENED double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to
     return lobe_power(&lobe, shift, shininess);
 }
 
-double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_light,
+double naive_phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
                         double shininess)
 {
     double cos_b = vec_dot(to_light, view) - 2 * vec_dot(to_light, normal) * vec_dot(normal, view);
@@ -41,7 +41,7 @@ FLATTENED struct vec3 mirror(struct vec3 view, struct vec3 normal)
     return out;
 }
 
-struct vec3 mirror_paper(struct vec3 view, struct vec3 normal)
+struct vec3 naive_mirror(struct vec3 view, struct vec3 normal)
 {
     return vec_add_scaled(view, normal, -2 * vec_dot(view, normal));
 }
@@ -89,7 +89,7 @@ FLATTENED double snell_k(double from, double to, double cos_i)
     return (at.k.high + at.k.low) / at.n2 / at.n2;
 }
 
-double snell_k_paper(double eta, double cos_i)
+double naive_snell_k(double eta, double cos_i)
 {
     return 1 - eta * eta * (1 - cos_i * cos_i);
 }
@@ -108,10 +108,10 @@ FLATTENED bool snell(struct vec3 view, struct vec3 normal, double from, double t
     return true;
 }
 
-bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction)
+bool naive_snell(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction)
 {
     double cos_i = -vec_dot(view, normal);
-    double k = snell_k_paper(eta, cos_i);
+    double k = naive_snell_k(eta, cos_i);
     if (k < 0) return false;
     struct vec3 along = vec_scale(view, eta);
     *direction = vec_add_scaled(along, normal, eta * cos_i - sqrt(k));

@@ -1,8 +1,8 @@
 /*
  * Optics of a surface: highlight, mirror and refraction as functions of their arguments alone, each in two
  * forms. The plain names avoid cancellation: they are accurate to the last bits for any exponent, at grazing
- * incidence, for nearly equal media and next to the critical angle. The names that end in _paper are the
- * paper's own formulas, kept for comparison (render.formulas).
+ * incidence, for nearly equal media and next to the critical angle. Those with naive_ are the paper's own
+ * formulas, as in worker/naive.h, kept for comparison (render.formulas).
  *
  * Where a result must be accurate to the last bits, only + - * /, square roots and fma() are used, not exp()
  * and log() of the C library. Those may differ between processors and libraries (glibc chooses its
@@ -28,7 +28,7 @@
 double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light, double shininess);
 
 /* pow(cos b, n); its relative error grows with n. All vectors, also to_light, have unit length. */
-double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_light,
+double naive_phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
                         double shininess);
 
 /*
@@ -39,7 +39,7 @@ double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_lig
 double snell_k(double from, double to, double cos_i);
 
 /* The same by the plain formula. */
-double snell_k_paper(double eta, double cos_i);
+double naive_snell_k(double eta, double cos_i);
 
 /*
  * The refracted direction, each component correct to a little more than half an ulp; false: total reflection.
@@ -48,7 +48,7 @@ double snell_k_paper(double eta, double cos_i);
 bool snell(struct vec3 view, struct vec3 normal, double from, double to, struct vec3 *direction);
 
 /* The same by the paper's formulas; eta = from / to. */
-bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction);
+bool naive_snell(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction);
 
 /*
  * The mirror direction. Each component is accurate as above, its length is 1 within 2 u however long the
@@ -57,6 +57,6 @@ bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *
 struct vec3 mirror(struct vec3 view, struct vec3 normal);
 
 /* The same by the paper's formula, without corrections. */
-struct vec3 mirror_paper(struct vec3 view, struct vec3 normal);
+struct vec3 naive_mirror(struct vec3 view, struct vec3 normal);
 
 #endif

@@ -47,7 +47,7 @@ struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, st
     struct vec3 color = vec_scale(vec_mul(strength, material->color), material->diffuse * cos_a);
     if (material->specular > 0) {
         double lobe = at->formulas == FORMULAS_PAPER
-                          ? phong_lobe_paper(at->view, at->normal, unit, material->shininess)
+                          ? naive_phong_lobe(at->view, at->normal, unit, material->shininess)
                           : phong_lobe(at->view, at->normal, to_light, material->shininess);
         color = vec_add_scaled(color, strength, material->specular * lobe);
     }
@@ -56,7 +56,7 @@ struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, st
 
 static struct vec3 mirrored(const struct shading_point *at, struct vec3 normal)
 {
-    return at->formulas == FORMULAS_PAPER ? mirror_paper(at->view, normal)
+    return at->formulas == FORMULAS_PAPER ? naive_mirror(at->view, normal)
                                           : mirror(at->view, normal);
 }
 
@@ -71,7 +71,7 @@ struct vec3 reflect(const struct shading_point *at)
 static bool refracted(const struct shading_point *at, struct vec3 normal, double from, double to,
                       struct vec3 *direction)
 {
-    return at->formulas == FORMULAS_PAPER ? snell_paper(at->view, normal, from / to, direction)
+    return at->formulas == FORMULAS_PAPER ? naive_snell(at->view, normal, from / to, direction)
                                           : snell(at->view, normal, from, to, direction);
 }
 
