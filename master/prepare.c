@@ -104,7 +104,7 @@ static void print_count(const char *before, uint64_t count, const char *name, co
 }
 
 /* Bounding box of all objects but planes. */
-struct bounds {
+struct scene_box {
     bool any;
     struct vec3 min, max;
 };
@@ -117,15 +117,15 @@ static void print_corner(const char *before, struct vec3 corner, const char *aft
            number_format(unsigned_zero.y, y), number_format(unsigned_zero.z, z), after);
 }
 
-static void print_bounds(const struct bounds *bounds)
+static void print_box(const struct scene_box *box)
 {
-    if (!bounds->any) return;
-    print_corner("  from", bounds->min, "");
-    print_corner(" to", bounds->max, "\n");
+    if (!box->any) return;
+    print_corner("  from", box->min, "");
+    print_corner(" to", box->max, "\n");
 }
 
 /* Prints the result of --check for a valid scene. */
-static int print_check(const struct run *run, const struct bounds *bounds)
+static int print_check(const struct run *run, const struct scene_box *box)
 {
     const struct report *report = &run->report;
     char *name = printable_text(run->options.config);
@@ -139,7 +139,7 @@ static int print_check(const struct run *run, const struct bounds *bounds)
                report->idle_lights == 1 ? "lights" : "light");
     printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
-    print_bounds(bounds);
+    print_box(box);
     return close_output();
 }
 
@@ -244,12 +244,12 @@ int prepare(struct run *run, struct scene **block)
     if (status >= 0) return status;
     struct view view = settings_view(&run->job.settings);
     bool checks = run->options.action == ACTION_CHECK;
-    struct bounds bounds = {.any = false};
+    struct scene_box box = {.any = false};
     if (checks) /* before builder_finish() takes the objects over */
-        bounds.any = builder_bounds(run->job.builder, &bounds.min, &bounds.max);
+        box.any = builder_bounds(run->job.builder, &box.min, &box.max);
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
-    if (status < 0 && checks) status = print_check(run, &bounds);
+    if (status < 0 && checks) status = print_check(run, &box);
     if (status < 0) status = open_rendering(run, &view, *block);
     if (status < 0) return status;
     free(*block);

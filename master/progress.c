@@ -94,16 +94,16 @@ struct fields {
     char text[FIELDS][48];
 };
 
-struct pass {
-    char name[16];
+struct pass_name {
+    char text[16];
 };
 
 /* "pass 2", or nothing without adaptive sampling. */
-static struct pass pass_of(const struct progress_state *state)
+static struct pass_name pass_name(const struct progress_state *state)
 {
-    struct pass pass = {""};
-    if (state->pass > 0) snprintf(pass.name, sizeof pass.name, "pass %u", state->pass);
-    return pass;
+    struct pass_name name = {""};
+    if (state->pass > 0) snprintf(name.text, sizeof name.text, "pass %u", state->pass);
+    return name;
 }
 
 /* Fields are padded to the widest value, so that the bar does not change its length all the time. */
@@ -118,9 +118,9 @@ static void make_fields(struct fields *fields, const struct progress *progress,
     int digits = snprintf(NULL, 0, "%u", tiles);
     size_t size = sizeof fields->text[0];
     snprintf(fields->text[FIELD_LEFT], size, "%5s left", left.text);
-    struct pass pass = pass_of(state);
-    snprintf(fields->text[FIELD_TILES], size, "%s%s%*u/%u tiles", pass.name,
-             pass.name[0] ? " " : "", digits, done, tiles);
+    struct pass_name pass = pass_name(state);
+    snprintf(fields->text[FIELD_TILES], size, "%s%s%*u/%u tiles", pass.text,
+             pass.text[0] ? " " : "", digits, done, tiles);
     snprintf(fields->text[FIELD_RATE], size, "%6s rays/s", rate.text);
     snprintf(fields->text[FIELD_ELAPSED], size, "%5s",
              figure_span(progress->before + elapsed).text);
@@ -184,11 +184,11 @@ static void print_line(const struct progress *progress, const struct progress_st
                        double now)
 {
     double elapsed = now - progress->started;
-    struct pass pass = pass_of(state);
-    const char *join = !pass.name[0] ? "" : state->only_limit ? ", " : " of ";
+    struct pass_name pass = pass_name(state);
+    const char *join = !pass.text[0] ? "" : state->only_limit ? ", " : " of ";
     flockfile(stderr);
     fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
-            (int)(100 * progress->share), join, pass.name, state->tiles_done - state->tiles_before,
+            (int)(100 * progress->share), join, pass.text, state->tiles_done - state->tiles_before,
             state->tiles - state->tiles_before, figure_count((double)state->rays / elapsed).text,
             figure_span(progress->before + elapsed).text);
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
