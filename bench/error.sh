@@ -532,33 +532,53 @@ peers() {
         for kind in pov dat; do
             "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H || exit 1
         done
-        converged=$(converged_of "$WORK/$scene.pov")
-        converge "$converged" povray_to +A0.0 +AM1 +R16 -J
-        for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
-                       "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
-            known "$scene,POV-Ray,$setting" && continue
-            t=$(beside_load povray_loads "povray_to t.ppm $setting") || exit 1
-            put_row "$scene,POV-Ray,$setting,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
-        done
-        converged=$(converged_of "$WORK/$scene.dat")
-        converge "$converged" tachyon_to -aasamples 255
-        for n in 0 3 8 15 31; do
-            known "$scene,Tachyon,-aasamples $n" && continue
-            t=$(beside_load tachyon_loads "tachyon_to t.ppm -aasamples $n") || exit 1
-            put_row "$scene,Tachyon,-aasamples $n,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
-        done
-        reference_of "$scene"
-        # "one": one ray through the middle of each pixel.
-        for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004 0.0025 0.0016; do
-            known "$scene,farm,$target" && continue
-            if [ "$target" = one ]; then
-                farm_repeated run "$scene" sampling.samples=1
-            else
-                farm_repeated run "$scene" sampling.target_error=$target sampling.min_samples=2
-            fi
-            put_row "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")"
-        done
+        pov_rows
+        tachyon_rows
+        farm_rows
     done
+    peers_apart
+    peers_table >"$OUT/error_peers.md"
+    for scene in $SCENES; do plot_peers "$scene"; done
+    cat "$OUT/error_peers.md"
+    set_size "$SIZE"
+}
+
+# Each measures the rows of one program, of $scene.
+pov_rows() {
+    converged=$(converged_of "$WORK/$scene.pov")
+    converge "$converged" povray_to +A0.0 +AM1 +R16 -J
+    for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
+                   "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
+        known "$scene,POV-Ray,$setting" && continue
+        t=$(beside_load povray_loads "povray_to t.ppm $setting") || exit 1
+        put_row "$scene,POV-Ray,$setting,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
+    done
+}
+tachyon_rows() {
+    converged=$(converged_of "$WORK/$scene.dat")
+    converge "$converged" tachyon_to -aasamples 255
+    for n in 0 3 8 15 31; do
+        known "$scene,Tachyon,-aasamples $n" && continue
+        t=$(beside_load tachyon_loads "tachyon_to t.ppm -aasamples $n") || exit 1
+        put_row "$scene,Tachyon,-aasamples $n,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
+    done
+}
+farm_rows() {
+    reference_of "$scene"
+    # "one": one ray through the middle of each pixel.
+    for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004 0.0025 0.0016; do
+        known "$scene,farm,$target" && continue
+        if [ "$target" = one ]; then
+            farm_repeated run "$scene" sampling.samples=1
+        else
+            farm_repeated run "$scene" sampling.target_error=$target sampling.min_samples=2
+        fi
+        put_row "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")"
+    done
+}
+
+# Sets apart: the RMSE between the converged picture that each peer has of each scene and that of the farm.
+peers_apart() {
     apart=
     for scene in $SCENES; do
         told="$scene"
@@ -569,30 +589,28 @@ peers() {
         done
         apart="$apart${apart:+; }$told"
     done
-    {
-        echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
-        echo
-        echo "Components clamped to 0..1, as the peers store them. The farm samples with sampling.min_samples=2 in place of the default of 4, which gives it coarser pictures, too, as the peers have them. Its time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
-        echo "$apart."
-        echo
-        echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
-        echo "|---|---|---|---|---|---|---|"
-        awk -F, 'NR > 1 { n++; for (i = 1; i <= 5; i++) f[n, i] = $i }
-            END { for (k = 1; k <= n; k++) { if (f[k, 2] == "farm") continue
-                lo = 0; hi = 0 # the quickest that is as good, and the best of what is quicker still
-                for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
-                    f[j, 5] <= f[k, 5] && (!lo || f[j, 4] < f[lo, 4])) lo = j
-                for (j = 1; j <= n && lo; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
-                    f[j, 5] > f[k, 5] && f[j, 4] < f[lo, 4] && (!hi || f[j, 5] < f[hi, 5])) hi = j
-                less = ""
-                if (!lo) { t = -1 } else if (!hi) { t = f[lo, 4]; less = "<" }
-                else t = exp(log(f[lo, 4]) + (log(f[k, 5]) - log(f[lo, 5])) * (log(f[hi, 4]) - log(f[lo, 4])) / (log(f[hi, 5]) - log(f[lo, 5])))
-                if (f[k, 4] == 0) { printf "| %s | %s | %s | not told from loading | %.3g | %s | - |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t); continue }
-                printf "| %s | %s | %s | %.2f | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t), t < 0 ? "-" : sprintf("%s%.1f", less ? ">" : "", f[k, 4] / t) } }' "$csv"
-    } >"$OUT/error_peers.md"
-    for scene in $SCENES; do plot_peers "$scene"; done
-    cat "$OUT/error_peers.md"
-    set_size "$SIZE"
+}
+
+peers_table() {
+    echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
+    echo
+    echo "Components clamped to 0..1, as the peers store them. The farm samples with sampling.min_samples=2 in place of the default of 4, which gives it coarser pictures, too, as the peers have them. Its time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
+    echo "$apart."
+    echo
+    echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
+    echo "|---|---|---|---|---|---|---|"
+    awk -F, 'NR > 1 { n++; for (i = 1; i <= 5; i++) f[n, i] = $i }
+        END { for (k = 1; k <= n; k++) { if (f[k, 2] == "farm") continue
+            lo = 0; hi = 0 # the quickest that is as good, and the best of what is quicker still
+            for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
+                f[j, 5] <= f[k, 5] && (!lo || f[j, 4] < f[lo, 4])) lo = j
+            for (j = 1; j <= n && lo; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
+                f[j, 5] > f[k, 5] && f[j, 4] < f[lo, 4] && (!hi || f[j, 5] < f[hi, 5])) hi = j
+            less = ""
+            if (!lo) { t = -1 } else if (!hi) { t = f[lo, 4]; less = "<" }
+            else t = exp(log(f[lo, 4]) + (log(f[k, 5]) - log(f[lo, 5])) * (log(f[hi, 4]) - log(f[lo, 4])) / (log(f[hi, 5]) - log(f[lo, 5])))
+            if (f[k, 4] == 0) { printf "| %s | %s | %s | not told from loading | %.3g | %s | - |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t); continue }
+            printf "| %s | %s | %s | %.2f | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t), t < 0 ? "-" : sprintf("%s%.1f", less ? ">" : "", f[k, 4] / t) } }' "$csv"
 }
 
 plot_peers() {
@@ -627,68 +645,74 @@ forecast() {
     begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,later,equal_s,equal_low_s,equal_high_s,took_s,off,goal,foretold_s,low_s,high_s"
     for scene in $SCENES; do
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
-            known "$scene,$setting" && continue
-            cpu="" took="" told="" lows="" highs="" r=$WORK/first.json
-            # In turns, so that changes in the speed of the machine affect both runs alike.
-            for _ in $(seq "$REPEAT"); do
-                farm first "$scene" "sampling.$setting"
-                grep -q '"forecast": null' "$r" && continue 2
-                goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
-                case $setting in
-                samples=*) farm run "$scene" sampling.samples="$(of "$r" forecast samples)" ;;
-                *) farm run "$scene" sampling.target_error="$goal" ;;
-                esac
-                cpu="$cpu $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
-                s=$(foretold_of "$r" render_s) && low=$(foretold_of "$r" render_low_s) &&
-                    high=$(foretold_of "$r" render_high_s) || exit 1
-                told="$told $s" lows="$lows $low" highs="$highs $high"
-            done
-            rmse=$(value "$r" estimated_rmse) later=$(value "$WORK/run.json" estimated_rmse)
-            equal=$goal
-            case $setting in samples=*) equal=$later ;; esac
-            cpu=$(median_of $cpu) took=$(median_of $took)
-            # For a run with the predicted samples, the power law converts the forecast from the goal to the error that
-            # the run has reached. For a run with a target, the forecast for the target is what such a run is predicted
-            # to take, although it ends below the target. If the slope may as well be 0, or its spread is unknown, the
-            # interval has no upper end.
-            at_equal=$(awk -v e="$rmse" -v g="$equal" -v t="$cpu" -v took="$took" -v b="$slope" \
-                -v d="$(of "$r" forecast slope_spread)" '
-                function at(b) { return t * (e / g) ^ (-1 / b) }
-                BEGIN { if (e == "" || g == "" || t == "" || took == "" || b == "" || d == "") exit 1
-                    low = d == "null" ? t : at(b - d); high = d == "null" || b + d >= 0 ? 1e9 : at(b + d)
-                    printf "%.3f,%.3f,%s,%s,%.3f\n", at(b), low, high < 1e9 ? sprintf("%.3f", high) : "inf",
-                        took, at(b) / took - 1 }')
-            put_row "$scene,$setting,$rmse,$cpu,$later,$at_equal,$goal,$(foretold_median $told),$(foretold_median $lows),$(foretold_median $highs)" "8 14"
+            known "$scene,$setting" || forecast_row
         done
     done
-    {
-        echo "# Forecasts: CPU seconds to a lower error, $W x $H"
-        echo
-        echo "## What was foretold"
-        echo
-        echo "Goal, foretold s and low to high are what the run's report says, its wall seconds of rendering in CPU seconds; took s is what a run takes with the samples that it names for the goal, or with the goal as its target. Such a run ends above or below the goal: reached / goal says by how much, and a time that fits may belong to another error."
-        echo
-        echo "| scene | run | RMSE | CPU s | goal | reached / goal | foretold s (low to high) | took s | within 20 % | within low to high |"
-        echo "|---|---|---|---|---|---|---|---|---|---|"
-        awk -F, 'function s(t) { return t == "inf" ? t : sprintf("%.2f", t) }
-            NR > 1 { fits = $12 < 1.2 * $9 && $12 > 0.8 * $9; holds = $13 <= $9 && ($14 == "inf" || $9 <= $14)
-                printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f (%.2f to %s) | %.2f | %s | %s |\n", $1, $2, $3, $4, $11, $5 / $11, $12, $13, s($14), $9, fits ? "yes" : "no", holds ? "yes" : "no"
-                n++; hit += fits; if ($14 == "inf") open++; else in1 += holds; reached += $5 <= $11; near += $5 <= 1.05 * $11 }
-            END { if (n) printf "\nWithin 20 %%: %d of %d. Within low to high: %d of %d (%d more have no upper end). Goal reached: %d of %d, to within 5 %% %d.\n", hit, n, in1, n - open, open, reached, n, near }' "$csv"
-        echo
-        echo "## At equal error"
-        echo
-        echo "Of runs that name samples, foretold is carried along the foretold slope to the error that the later run came to, so that time is compared with time for the same error. Of runs with a target it is what was foretold."
-        echo
-        echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
-        echo "|---|---|---|---|---|---|---|---|---|"
-        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %s | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8 == "inf" ? $8 : sprintf("%.2f", $8), $9, 100 * $10
-                n++; hit += $10 < 0.2 && $10 > -0.2; if ($8 == "inf") open++; else in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
-                if ($6 > $4 && $9 > $4) { more += log(($6 - $4) / ($9 - $4)) ^ 2; m++ } }
-            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d of %d (%d more have no upper end). Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come (in %d of them; of the others nothing was, or nothing was foretold).\n", hit, n, in1, n - open, open, 100 * sqrt(s / n), m ? 100 * sqrt(more / m) : 0, m }' "$csv"
-    } >"$OUT/error_forecast.md"
+    forecast_table >"$OUT/error_forecast.md"
     plot_forecast
     cat "$OUT/error_forecast.md"
+}
+
+# The row of $scene with $setting; none if the first run forecasts nothing.
+forecast_row() {
+    cpu="" took="" told="" lows="" highs="" r=$WORK/first.json
+    # In turns, so that changes in the speed of the machine affect both runs alike.
+    for _ in $(seq "$REPEAT"); do
+        farm first "$scene" "sampling.$setting"
+        grep -q '"forecast": null' "$r" && return
+        goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
+        case $setting in
+        samples=*) farm run "$scene" sampling.samples="$(of "$r" forecast samples)" ;;
+        *) farm run "$scene" sampling.target_error="$goal" ;;
+        esac
+        cpu="$cpu $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
+        s=$(foretold_of "$r" render_s) && low=$(foretold_of "$r" render_low_s) &&
+            high=$(foretold_of "$r" render_high_s) || exit 1
+        told="$told $s" lows="$lows $low" highs="$highs $high"
+    done
+    rmse=$(value "$r" estimated_rmse) later=$(value "$WORK/run.json" estimated_rmse)
+    equal=$goal
+    case $setting in samples=*) equal=$later ;; esac
+    cpu=$(median_of $cpu) took=$(median_of $took)
+    # For a run with the predicted samples, the power law converts the forecast from the goal to the error that
+    # the run has reached. For a run with a target, the forecast for the target is what such a run is predicted
+    # to take, although it ends below the target. If the slope may as well be 0, or its spread is unknown, the
+    # interval has no upper end.
+    at_equal=$(awk -v e="$rmse" -v g="$equal" -v t="$cpu" -v took="$took" -v b="$slope" \
+        -v d="$(of "$r" forecast slope_spread)" '
+        function at(b) { return t * (e / g) ^ (-1 / b) }
+        BEGIN { if (e == "" || g == "" || t == "" || took == "" || b == "" || d == "") exit 1
+            low = d == "null" ? t : at(b - d); high = d == "null" || b + d >= 0 ? 1e9 : at(b + d)
+            printf "%.3f,%.3f,%s,%s,%.3f\n", at(b), low, high < 1e9 ? sprintf("%.3f", high) : "inf",
+                took, at(b) / took - 1 }')
+    put_row "$scene,$setting,$rmse,$cpu,$later,$at_equal,$goal,$(foretold_median $told),$(foretold_median $lows),$(foretold_median $highs)" "8 14"
+}
+
+forecast_table() {
+    echo "# Forecasts: CPU seconds to a lower error, $W x $H"
+    echo
+    echo "## What was foretold"
+    echo
+    echo "Goal, foretold s and low to high are what the run's report says, its wall seconds of rendering in CPU seconds; took s is what a run takes with the samples that it names for the goal, or with the goal as its target. Such a run ends above or below the goal: reached / goal says by how much, and a time that fits may belong to another error."
+    echo
+    echo "| scene | run | RMSE | CPU s | goal | reached / goal | foretold s (low to high) | took s | within 20 % | within low to high |"
+    echo "|---|---|---|---|---|---|---|---|---|---|"
+    awk -F, 'function s(t) { return t == "inf" ? t : sprintf("%.2f", t) }
+        NR > 1 { fits = $12 < 1.2 * $9 && $12 > 0.8 * $9; holds = $13 <= $9 && ($14 == "inf" || $9 <= $14)
+            printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f (%.2f to %s) | %.2f | %s | %s |\n", $1, $2, $3, $4, $11, $5 / $11, $12, $13, s($14), $9, fits ? "yes" : "no", holds ? "yes" : "no"
+            n++; hit += fits; if ($14 == "inf") open++; else in1 += holds; reached += $5 <= $11; near += $5 <= 1.05 * $11 }
+        END { if (n) printf "\nWithin 20 %%: %d of %d. Within low to high: %d of %d (%d more have no upper end). Goal reached: %d of %d, to within 5 %% %d.\n", hit, n, in1, n - open, open, reached, n, near }' "$csv"
+    echo
+    echo "## At equal error"
+    echo
+    echo "Of runs that name samples, foretold is carried along the foretold slope to the error that the later run came to, so that time is compared with time for the same error. Of runs with a target it is what was foretold."
+    echo
+    echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
+    echo "|---|---|---|---|---|---|---|---|---|"
+    awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %s | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8 == "inf" ? $8 : sprintf("%.2f", $8), $9, 100 * $10
+            n++; hit += $10 < 0.2 && $10 > -0.2; if ($8 == "inf") open++; else in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
+            if ($6 > $4 && $9 > $4) { more += log(($6 - $4) / ($9 - $4)) ^ 2; m++ } }
+        END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d of %d (%d more have no upper end). Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come (in %d of them; of the others nothing was, or nothing was foretold).\n", hit, n, in1, n - open, open, 100 * sqrt(s / n), m ? 100 * sqrt(more / m) : 0, m }' "$csv"
 }
 
 plot_forecast() {
