@@ -192,9 +192,10 @@ static void put_apart(FILE *out, const struct bench_scene *scene, uint32_t sampl
     }
 }
 
-void section_costs(FILE *out)
+static const uint32_t cost_samples[] = {1, 16};
+
+static void put_level_table(FILE *out)
 {
-    static const uint32_t samples[] = {1, 16};
     FILE *csv = open_out("balance_costs.csv");
     fprintf(out,
             "The picture (%u x %u), rendered in this process in tiles of one size: CPU seconds "
@@ -211,17 +212,26 @@ void section_costs(FILE *out)
     fputc('\n', csv);
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 2; i++)
-            put_levels(out, csv, &bench_scenes[s], samples[i]);
+            put_levels(out, csv, &bench_scenes[s], cost_samples[i]);
+    fclose(csv);
+}
+
+static void put_dearest(FILE *out)
+{
     fprintf(out,
             "\nThe dearest tile, as a share of the whole picture (with 44 processors each has "
             "%.2f %% to do):\n\n",
             100.0 / PAPER_PROCESSORS);
     for (unsigned s = 0; s < SCENES; s++) {
-        const struct tile_costs *map = scene_costs(&bench_scenes[s], samples[1]).map;
+        const struct tile_costs *map = scene_costs(&bench_scenes[s], cost_samples[1]).map;
         fprintf(out, "* %s: %.2f %% in a tile of 32, %.2f %% of 8, %.2f %% of 1\n",
                 bench_scenes[s].name, 100 * dearest_share(map, 5), 100 * dearest_share(map, 3),
                 100 * dearest_share(map, 0));
     }
+}
+
+static void put_apart_table(FILE *out)
+{
     fprintf(
         out,
         "\nShares of cyclic pixels and rows were measured, too, of so many renderers: how many "
@@ -236,6 +246,12 @@ void section_costs(FILE *out)
     fprintf(out, "\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 2; i++)
-            put_apart(out, &bench_scenes[s], samples[i]);
-    fclose(csv);
+            put_apart(out, &bench_scenes[s], cost_samples[i]);
+}
+
+void section_costs(FILE *out)
+{
+    put_level_table(out);
+    put_dearest(out);
+    put_apart_table(out);
 }

@@ -14,8 +14,6 @@
 /* Pairs of -n 1 and -n 2: odd. Ratios of single pairs were seen to differ by a third. */
 #define TURNS     11u
 #define MANY_RUNS 5u /* runs with forty-four ranks: odd */
-#define PHASES    7
-#define RENDERING 4 /* index of the phase */
 #define ONE_FILE  KEPT_FOLDER "/one.pfm"
 #define MANY_FILE KEPT_FOLDER "/many.pfm"
 #define TRACE     KEPT_FOLDER "/real.trace.json"
@@ -30,15 +28,25 @@ static bool same_bits(const char *a, const char *b)
 
 /* ---- one processor against two ---- */
 
-static const char *const phases[PHASES] = {
-    "starting MPI", "loading", "sharing scene", "building the BVH",
-    "rendering",    "writing", "total"};
+enum phase { STARTING, LOADING, SHARING, BUILDING, RENDERING, WRITING, TOTAL, PHASES };
+
+static const char *const phases[PHASES] = {[STARTING] = "starting MPI",
+                                           [LOADING] = "loading",
+                                           [SHARING] = "sharing scene",
+                                           [BUILDING] = "building the BVH",
+                                           [RENDERING] = "rendering",
+                                           [WRITING] = "writing",
+                                           [TOTAL] = "total"};
 
 static void phases_of(const struct farm_run *run, double seconds[PHASES])
 {
-    const double all[PHASES] = {run->init_s,   run->load_s,  run->broadcast_s, run->build_s,
-                                run->render_s, run->write_s, run->total_s};
-    memcpy(seconds, all, sizeof all);
+    seconds[STARTING] = run->init_s;
+    seconds[LOADING] = run->load_s;
+    seconds[SHARING] = run->broadcast_s;
+    seconds[BUILDING] = run->build_s;
+    seconds[RENDERING] = run->render_s;
+    seconds[WRITING] = run->write_s;
+    seconds[TOTAL] = run->total_s;
 }
 
 /* Runs the farm; returns the CPU seconds of rendering of the rank that needs most. */
@@ -68,37 +76,55 @@ static double cores_gain(const struct bench_scene *scene, double render_s)
     return 2 * render_s / both;
 }
 
-static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs)
+/* Runs of one process and of two, in turns. */
+struct pairs {
+    double one[PHASES][TURNS], two[PHASES][TURNS]; /* seconds */
+    double speedup[TURNS], speedup_by_cpu[TURNS], speedup_of_all[TURNS];
+    double gain[TURNS], of_gain[TURNS]; /* cores_gain(), and what part of it is reached */
+    bool same;                          /* all pictures */
+};
+
+static void run_pairs(const struct bench_scene *scene, struct pairs *pairs)
 {
-    double one[PHASES][TURNS], two[PHASES][TURNS], ratios[TURNS], whole[TURNS], by_cpu[TURNS];
-    double gains[TURNS], of_gain[TURNS];
-    bool same = true;
-    for (unsigned i = 0; i < pairs; i++) {
+    pairs->same = true;
+    for (unsigned i = 0; i < TURNS; i++) {
         double a[PHASES], b[PHASES], cpu = 0, cpu_of_two;
         /* The order alternates: a machine that slows down meanwhile favours neither. */
         if (i % 2 == 0) cpu = run_phases(scene, 1, ONE_FILE, a);
         cpu_of_two = run_phases(scene, 2, MANY_FILE, b);
         if (i % 2 == 1) cpu = run_phases(scene, 1, ONE_FILE, a);
-        by_cpu[i] = cpu / cpu_of_two;
-        same = same && same_bits(ONE_FILE, MANY_FILE);
+        pairs->same = pairs->same && same_bits(ONE_FILE, MANY_FILE);
         for (unsigned p = 0; p < PHASES; p++)
-            one[p][i] = a[p], two[p][i] = b[p];
-        ratios[i] = a[RENDERING] / b[RENDERING];
-        gains[i] = cores_gain(scene, a[RENDERING]);
-        of_gain[i] = ratios[i] / gains[i];
-        whole[i] = a[6] / b[6];
+            pairs->one[p][i] = a[p], pairs->two[p][i] = b[p];
+        pairs->speedup[i] = a[RENDERING] / b[RENDERING];
+        pairs->speedup_by_cpu[i] = cpu / cpu_of_two;
+        pairs->speedup_of_all[i] = a[TOTAL] / b[TOTAL];
+        pairs->gain[i] = cores_gain(scene, a[RENDERING]);
+        pairs->of_gain[i] = pairs->speedup[i] / pairs->gain[i];
     }
-    fprintf(out, "\n**%s**, seconds:\n\n| |", scene->name);
+}
+
+static void put_phases(FILE *out, struct pairs *pairs)
+{
+    fputs("| |", out);
     for (unsigned p = 0; p < PHASES; p++)
         fprintf(out, " %s |", phases[p]);
     fprintf(out, "\n|---|---|---|---|---|---|---|---|\n| -n 1 |");
     for (unsigned p = 0; p < PHASES; p++)
-        fprintf(out, " %.3f |", median_of(one[p], pairs));
+        fprintf(out, " %.3f |", median_of(pairs->one[p], TURNS));
     fprintf(out, "\n| -n 2 |");
     for (unsigned p = 0; p < PHASES; p++)
-        fprintf(out, " %.3f |", median_of(two[p], pairs));
-    double ratio = median_of(ratios, pairs);
-    unsigned quarter = (pairs - 1) / 4; /* of 11 the third from either end */
+        fprintf(out, " %.3f |", median_of(pairs->two[p], TURNS));
+}
+
+static void compare_pairs(FILE *out, const struct bench_scene *scene)
+{
+    struct pairs pairs;
+    run_pairs(scene, &pairs);
+    fprintf(out, "\n**%s**, seconds:\n\n", scene->name);
+    put_phases(out, &pairs);
+    double speedup = median_of(pairs.speedup, TURNS); /* which sorts them */
+    const unsigned quarter = (TURNS - 1) / 4;         /* of 11 the third from either end */
     fprintf(
         out,
         "\n\nRendering: %.3f times as fast (the middle half of the pairs from %.3f to %.3f, "
@@ -107,11 +133,12 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
         "had the cores, %.3f times; the whole run: %.3f times. Two farms of one process at the "
         "same time get %.3f times as much done as one alone; -n 2 reaches %.3f of that. Pictures: "
         "%s.\n",
-        ratio, ratios[quarter], ratios[pairs - 1 - quarter], ratios[0], ratios[pairs - 1],
-        median_of(by_cpu, pairs), median_of(whole, pairs), median_of(gains, pairs),
-        median_of(of_gain, pairs), same ? "the same bits" : "THEY DIFFER");
-    value_set(ratio, "%s.real.speedup.2", scene->name);
-    value_set(same, "%s.real.same.2", scene->name);
+        speedup, pairs.speedup[quarter], pairs.speedup[TURNS - 1 - quarter], pairs.speedup[0],
+        pairs.speedup[TURNS - 1], median_of(pairs.speedup_by_cpu, TURNS),
+        median_of(pairs.speedup_of_all, TURNS), median_of(pairs.gain, TURNS),
+        median_of(pairs.of_gain, TURNS), pairs.same ? "the same bits" : "THEY DIFFER");
+    value_set(speedup, "%s.real.speedup.2", scene->name);
+    value_set(pairs.same, "%s.real.same.2", scene->name);
 }
 
 /* ---- forty-four ---- */
@@ -254,7 +281,7 @@ void section_real(FILE *out)
             "medians of %u pairs of -n 1 and -n 2 in turn.\n",
             sysconf(_SC_NPROCESSORS_ONLN), PAPER_WIDTH, PAPER_HEIGHT, SAMPLES, TURNS);
     for (unsigned s = 0; s < SCENES; s++)
-        run_pairs(out, &bench_scenes[s], TURNS);
+        compare_pairs(out, &bench_scenes[s]);
     fprintf(
         out,
         "\n**Many ranks on these cores**, medians of %u runs: what the master costs, and whether "
