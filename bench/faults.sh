@@ -140,6 +140,112 @@ samples_for() {
         print (n < 16 ? 16 : n > 65536 ? 65536 : n) }'
 }
 
+# choose_kind RUN: sets kind, in turns.
+choose_kind() {
+    turn=$1
+    # shellcheck disable=SC2086 # a list of kinds
+    set -- $kinds
+    shift $(((turn - 1) % $#)); kind=$1
+    [ "$kind" = full ] && [ -z "$small" ] && kind=torn
+}
+
+# What the kind of fault needs before the run starts: other processes or settings, a library, a small file system.
+prepare_fault() {
+    case $kind in
+    alone) n=0 ;;
+    stop) way="$way $PATIENCE" ;;
+    moment) PRELOAD=./stop.so way="$way $PATIENCE"
+        pick 8; set -- share memory ready tile later stats finalize exit; shift $number
+        export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
+        pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
+    slow) PRELOAD=./slow.so ;;
+    full) pick 60; target=small/a.pfm
+        mount -t tmpfs -o size=$((40 + 20 * number))k none small || exit 1 ;;
+    esac
+}
+
+# Injects the fault into the job. Sets expected: the status that the job must end with; empty: any.
+inject_fault() {
+    case $kind in
+    none | full | moment) ;;
+    *) nap "$when" ;;
+    esac
+    case $kind in
+    none) expected=0 ;;
+    full) ;;
+    moment) expected=0
+        case $FAULTS_STOP_AT in share | memory) expected=75 ;; esac ;;
+    rank | stop)
+        pick $((n - 1)); victim=$((number + 1))
+        await_tile # the ranks have begun to render then
+        if [ $kind = rank ]; then strike 9 "$(rank_pid $victim)"
+        else nap 300; expected=0; strike STOP "$(rank_pid $victim)"; fi ;;
+    master) strike 9 "$(rank_pid 0)" ;;
+    torn | flipped) await_tile; strike 9 $job ;;
+    mpiexec | alone | slow) strike 9 $job ;;
+    signal) expected=75
+        pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
+        strike $s $job ;;
+    esac
+}
+
+# Sets hit when the job has ended: whether the fault was injected, no or - (no fault); corrects expected.
+see_hit() {
+    case $kind in
+    moment) [ -s note ] || hit='' expected=0 ;;
+    torn | flipped) has_tile || hit= ;;
+    full) [ $first -ne 0 ] || grep -q 'No space left' e || hit= ;;
+    signal) # mpiexec ends ranks that have not come together yet with a status of its own
+        if [ $first -eq 0 ] && [ -s a.pfm ] && [ ! -e a.journal ]; then expected=0
+        elif [ ! -e a.journal ] && [ ! -s a.pfm ]; then expected=; fi ;;
+    esac
+    if [ $kind = none ]; then hit=-
+    elif [ -n "$hit" ]; then injected=$((injected + 1))
+    else hit=no missed=$((missed + 1)); fi
+}
+
+# A rank that is killed while it starts cannot remove a segment that it has just made, and no other process knows whose
+# it was. So such segments are counted separately. The kinds of the first case kill nobody.
+count_segments() {
+    number=$(orphans | wc -l)
+    case $kind in
+    none | signal | full) kept=$((kept + number)) ;;
+    *) orphaned=$((orphaned + number)) ;;
+    esac
+}
+
+# Takes what is in the small file system out of it, as if space had been made.
+release_small() {
+    mv small/a.* . 2>/dev/null
+    for j in a-*.journal; do [ -e "$j" ] && mv "$j" a.journal; done # what could not stay there
+    unmount
+}
+
+# Damages the journal, if there is one and the kind of fault does so. Sets records: the tiles that it holds afterwards.
+spoil_journal() {
+    records=0
+    [ -s a.journal ] || return 0
+    case $kind in
+    torn) pick 1000000000; records=$("$JOURNAL" tear a.journal $number) ;;
+    flipped) pick 1000000000; records=$("$JOURNAL" flip a.journal $number) ;;
+    *) records=$("$JOURNAL" count a.journal) ;;
+    esac
+}
+
+# Renders the picture again, in another way, from the journal if there is one.
+go_on() {
+    other_way; pick 4; [ "$number" -gt 0 ] || n=0
+    PRELOAD=
+    # shellcheck disable=SC2086
+    start $n output.image=a.pfm $way
+    finish
+    [ $status -eq 0 ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
+    taken=$(field records) s=$(field seconds_saved) again=$(field seconds_repeated)
+    taken=${taken:-0} s=${s:-0} again=${again:-0}
+    # The record with the inverted bit may be an incomplete one, which is lost anyway.
+    [ "$taken" -ge "$records" ] || lost=$((lost + records - taken))
+}
+
 if [ -z "${FAULTS_SIZE:-}" ]; then
     mark=$$.samples
     start 2 output.image=ref.pfm output.report=ref.json output.journal=; finish
@@ -165,96 +271,26 @@ echo "run,kind,processes,way,fault_ms,status,records,taken_over,seconds_saved,se
 
 while [ $run -lt "$runs" ]; do
     run=$((run + 1)) mark=$$.$run
-    # shellcheck disable=SC2086 # a list of kinds
-    set -- $kinds
-    shift $(((run - 1) % $#)); kind=$1
-    [ "$kind" = full ] && [ -z "$small" ] && kind=torn
+    choose_kind $run
     rm -f a.* a-*.journal o e note; other_way; PRELOAD=
     pick $((latest - span / 4)); when=$((span / 4 + number))
     expected= target=a.pfm hit=yes # whether the fault was injected
-    case $kind in
-    alone) n=0 ;;
-    stop) way="$way $PATIENCE" ;;
-    moment) PRELOAD=./stop.so way="$way $PATIENCE"
-        pick 8; set -- share memory ready tile later stats finalize exit; shift $number
-        export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
-        pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
-    slow) PRELOAD=./slow.so ;;
-    full) pick 60; target=small/a.pfm
-        mount -t tmpfs -o size=$((40 + 20 * number))k none small || exit 1 ;;
-    esac
+    prepare_fault
     before=$(segments)
     # shellcheck disable=SC2086
     start $n output.image=$target $way
     first_way=$way processes=$n
-    case $kind in
-    none | full | moment) ;;
-    *) nap "$when" ;;
-    esac
-    case $kind in
-    none) expected=0 ;;
-    full) ;;
-    moment) expected=0
-        case $FAULTS_STOP_AT in share | memory) expected=75 ;; esac ;;
-    rank | stop)
-        pick $((n - 1)); victim=$((number + 1))
-        await_tile # the ranks have begun to render then
-        [ $kind = rank ] || { nap 300; expected=0; }
-        if [ $kind = rank ]; then strike 9 "$(rank_pid $victim)"; else strike STOP "$(rank_pid $victim)"; fi ;;
-    master) strike 9 "$(rank_pid 0)" ;;
-    torn | flipped) await_tile; strike 9 $job ;;
-    mpiexec | alone | slow) strike 9 $job ;;
-    signal) expected=75
-        pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
-        strike $s $job ;;
-    esac
+    inject_fault
     finish
     first=$status
     unset FAULTS_STOP_AT FAULTS_STOP_RANK
-    case $kind in
-    moment) [ -s note ] || hit='' expected=0 ;;
-    torn | flipped) has_tile || hit= ;;
-    full) [ $first -ne 0 ] || grep -q 'No space left' e || hit= ;;
-    signal) # mpiexec ends ranks that have not come together yet with a status of its own
-        if [ $first -eq 0 ] && [ -s a.pfm ] && [ ! -e a.journal ]; then expected=0
-        elif [ ! -e a.journal ] && [ ! -s a.pfm ]; then expected=; fi ;;
-    esac
-    if [ $kind = none ]; then hit=-
-    elif [ -n "$hit" ]; then injected=$((injected + 1))
-    else hit=no missed=$((missed + 1)); fi
-    # A rank that is killed while it starts cannot remove a segment that it has just made, and no other process knows
-    # whose it was. So such segments are counted separately. The kinds of the first case kill nobody.
-    number=$(orphans | wc -l)
-    case $kind in
-    none | signal | full) kept=$((kept + number)) ;;
-    *) orphaned=$((orphaned + number)) ;;
-    esac
+    see_hit
+    count_segments
     [ -z "$expected" ] || [ "$status" -eq "$expected" ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
-    records=0 taken=0 s=0 again=0
-    if [ $kind = full ]; then
-        mv small/a.* . 2>/dev/null # as if space had been made
-        for j in a-*.journal; do [ -e "$j" ] && mv "$j" a.journal; done # what could not stay there
-        unmount
-    fi
-    if [ -s a.journal ]; then
-        case $kind in
-        torn) pick 1000000000; records=$("$JOURNAL" tear a.journal $number) ;;
-        flipped) pick 1000000000; records=$("$JOURNAL" flip a.journal $number) ;;
-        *) records=$("$JOURNAL" count a.journal) ;;
-        esac
-    fi
-    if [ ! -s a.pfm ] || [ -e a.journal ]; then
-        other_way; pick 4; [ "$number" -gt 0 ] || n=0
-        PRELOAD=
-        # shellcheck disable=SC2086
-        start $n output.image=a.pfm $way
-        finish
-        [ $status -eq 0 ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
-        taken=$(field records) s=$(field seconds_saved) again=$(field seconds_repeated)
-        taken=${taken:-0} s=${s:-0} again=${again:-0}
-        # The record with the inverted bit may be an incomplete one, which is lost anyway.
-        [ "$taken" -ge "$records" ] || lost=$((lost + records - taken))
-    fi
+    taken=0 s=0 again=0
+    [ $kind != full ] || release_small
+    spoil_journal
+    if [ ! -s a.pfm ] || [ -e a.journal ]; then go_on; fi
     same=yes
     cmp -s ref.pfm a.pfm || { same=no differ=$((differ + 1)); }
     echo "$run,$kind,$processes,$first_way,$when,$first,$records,$taken,$s,$again,$same,$hit" >>table.csv
