@@ -243,6 +243,14 @@ SCENE_ACCESSOR(discs, disc, PRIMITIVE_DISC)
 SCENE_ACCESSOR(planes, plane, PRIMITIVE_PLANE)
 #undef SCENE_ACCESSOR
 
+/* The three vertex indices of a triangle or patch. */
+static inline const uint32_t *corner_indices(const struct scene *scene, uint32_t id)
+{
+    uint32_t index = primitive_index(id);
+    if (primitive_kind(id) == PRIMITIVE_PATCH) return scene_patches(scene)[index].vertex;
+    return scene_triangles(scene)[index].vertex;
+}
+
 /* Whether the primitive bounds a volume by itself. */
 static inline bool primitive_is_solid(const struct scene *scene, uint32_t primitive)
 {
@@ -269,6 +277,12 @@ size_t primitive_size(enum primitive_kind kind);
 
 /* The index of the primitive's material. */
 uint32_t primitive_material(const struct scene *scene, uint32_t id);
+
+/* Whether the primitive is transparent. */
+static inline bool transmits(const struct scene *scene, uint32_t id)
+{
+    return scene_materials(scene)[primitive_material(scene, id)].transmission > 0;
+}
 
 /* The number of primitives of all kinds. */
 uint64_t scene_primitive_count(const struct scene *scene);

@@ -1,6 +1,6 @@
 #include "worker/coplanar.h"
 
-#include "worker/primitive.h"
+#include "worker/box.h"
 
 /* A plane, given by three corners, or by one point and a normal of any length; corners = 0: not flat. */
 struct flat {

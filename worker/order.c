@@ -1,7 +1,9 @@
 #include "worker/order.h"
 
+#include "worker/box.h"
+#include "worker/cone.h"
 #include "worker/coplanar.h"
-#include "worker/primitive.h"
+#include "worker/sphere.h"
 
 static struct dd triangle_parameter(const struct scene *scene, const struct ray *ray,
                                     const struct shear *shear, const struct crossing *crossing)

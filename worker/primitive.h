@@ -10,14 +10,6 @@
 #include "worker/sphere.h"
 #include "worker/triangle.h"
 
-/* The three vertex indices of a triangle or patch. */
-static inline const uint32_t *corner_indices(const struct scene *scene, uint32_t id)
-{
-    uint32_t index = primitive_index(id);
-    if (primitive_kind(id) == PRIMITIVE_PATCH) return scene_patches(scene)[index].vertex;
-    return scene_triangles(scene)[index].vertex;
-}
-
 /* The box around a primitive; not for planes, which have none. */
 static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t id)
 {
@@ -40,12 +32,6 @@ static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t
     const uint32_t *corner = corner_indices(scene, id);
     const struct vec3 *vertices = scene_vertices(scene);
     return triangle_bounds(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
-}
-
-/* Whether the primitive is transparent. */
-static inline bool transmits(const struct scene *scene, uint32_t id)
-{
-    return scene_materials(scene)[primitive_material(scene, id)].transmission > 0;
 }
 
 static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
