@@ -71,8 +71,8 @@ static bool read_material(const struct ini *ini, const struct ini_section *secti
     const struct section_kind *keys = scene_section_kind(SECTION_MATERIAL);
     *material = (struct material){0};
     if (!read_section(ini, section, keys->keys, keys->count, material)) return false;
-    struct ini_place color = place_of(ini, section, "color");
-    struct ini_place transmission = place_of(ini, section, "transmission");
+    struct ini_place color = ini_place_of(ini, section, "color");
+    struct ini_place transmission = ini_place_of(ini, section, "transmission");
     warn_of_gain(material, transmission.file, transmission.line);
     warn_of_bright_color(material, color.file, color.line);
     return true;

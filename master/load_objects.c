@@ -15,7 +15,7 @@
 
 bool refuse_section_key(const struct reading *at, const char *key, const char *why)
 {
-    struct ini_place place = place_of(at->ini, at->section, key);
+    struct ini_place place = ini_place_of(at->ini, at->section, key);
     char *title = section_title(at->section);
     user_error(place.file, place.line, "%s: %s", title, why);
     free(title);

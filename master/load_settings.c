@@ -100,7 +100,7 @@ static bool read_settings_section(struct loader *loader, const struct ini *ini,
         if (!set_setting(loader, section, &section->entries[i])) return false;
     if (strcmp(section->kind, "background") != 0 || !ini_entry(section, "color")) return true;
     if (!ini_entry(section, "bottom") && !ini_entry(section, "top")) return true;
-    struct ini_place place = place_of(ini, section, "color");
+    struct ini_place place = ini_place_of(ini, section, "color");
     user_error(place.file, place.line, TWO_BACKGROUNDS);
     return false;
 }

@@ -88,7 +88,8 @@ bool read_section(const struct ini *ini, const struct ini_section *section, cons
     return nothing_missing(ini, section, keys, count);
 }
 
-struct ini_place place_of(const struct ini *ini, const struct ini_section *section, const char *key)
+struct ini_place ini_place_of(const struct ini *ini, const struct ini_section *section,
+                              const char *key)
 {
     const struct ini_entry *entry = ini_entry(section, key);
     if (entry) return (struct ini_place){entry->file, entry->line};

@@ -27,13 +27,15 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 bool read_section(const struct ini *ini, const struct ini_section *section, const struct key *keys,
                   size_t count, void *base);
 
-/* Where an entry of the section stands, or the section itself when the key is not set. */
+/* A line of a file; the name is valid as long as the struct ini is. */
 struct ini_place {
     const char *file;
     long line;
 };
-struct ini_place place_of(const struct ini *ini, const struct ini_section *section,
-                          const char *key);
+
+/* Where the entry of a key stands in the section, or the section itself when the key is not set. */
+struct ini_place ini_place_of(const struct ini *ini, const struct ini_section *section,
+                              const char *key);
 
 /* The key of this name in a table, or NULL. */
 const struct key *find_key(const struct key *keys, size_t count, const char *name);
