@@ -10,7 +10,8 @@
 
 struct sim_passes;
 
-/* The queue is new. Ended by sim_passes_end(), after which the queue can only be destroyed. The record outlives both. */
+/* The queue is new. Ended by sim_passes_end(), after which the queue can only be destroyed. The record must outlive
+ * both. */
 struct sim_passes *sim_passes_begin(const struct record *record, struct queue *queue);
 void sim_passes_end(struct sim_passes *passes);
 

@@ -10,8 +10,7 @@
 static void load(struct stage *stage, const char *config, char *overrides[], size_t count)
 {
     struct job job;
-    if (!load_job(config, overrides, count, REACH_FOLDER, &job))
-        fatal("cannot load %s", config);
+    if (!load_job(config, overrides, count, REACH_FOLDER, &job)) fatal("cannot load %s", config);
     stage->view = settings_view(&job.settings);
     stage->target = job.settings.sampling.target_error;
     stage->scene = builder_finish(job.builder, &stage->view);

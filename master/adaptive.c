@@ -104,7 +104,7 @@ static bool plan_levels(struct adaptive *adaptive, double limit)
     adaptive->pass.asked = refined.pixels;
     if (refined.pixels == 0) return false;
     promise_make(&adaptive->promise, squares, refined.left);
-    pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->crew);
+    pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->pool);
     pass_begin(&adaptive->pass, false, limit, refined.pixels);
     return true;
 }

@@ -134,8 +134,8 @@ struct adaptive_work {
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 
-/* The CPU seconds that the present pass is predicted to take in a tile, from those that rays have taken there so far. 0:
- * none, or not known, as in passes of first samples. Takes as long for a tile of any size. */
+/* The CPU seconds that the present pass is predicted to take in a tile, from those that rays have taken there so far;
+ * 0: none, or not known, as in passes of first samples. Takes as long for a tile of any size. */
 double adaptive_work_seconds(const struct adaptive *adaptive, const struct tile *tile);
 
 /* Sets what the pass adds to each pixel of a tile, in the tile's order. */

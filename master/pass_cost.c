@@ -202,9 +202,9 @@ static void sum_seconds(struct pass_cost *cost)
 }
 
 void pass_cost_predict(struct pass_cost *cost, const struct statistics *statistics,
-                       const uint8_t *next, struct crew *crew)
+                       const uint8_t *next, struct thread_pool *pool)
 {
     struct rays_asked it = {cost, statistics, next};
-    crew_share(crew, cost->blocks_down, add_blocks, &it);
+    thread_pool_for(pool, cost->blocks_down, add_blocks, &it);
     sum_seconds(cost);
 }

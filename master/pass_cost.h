@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "common/tile.h"
 #include "master/statistics.h"
 
@@ -25,10 +25,10 @@ void pass_cost_destroy(struct pass_cost *cost);
 /* A tile (step 1) of the present pass has come in; it took so many CPU seconds, >= 0. */
 void pass_cost_took(struct pass_cost *cost, const struct tile *tile, double seconds);
 
-/* Predicts the pass that brings each pixel to its level in `next`. All pixels must have samples. The crew must be idle;
+/* Predicts the pass that brings each pixel to its level in `next`. All pixels must have samples. The pool must be idle;
  * NULL: the caller works alone. */
 void pass_cost_predict(struct pass_cost *cost, const struct statistics *statistics,
-                       const uint8_t *next, struct crew *crew);
+                       const uint8_t *next, struct thread_pool *pool);
 
 /* The CPU seconds that the last predicted pass takes in this tile (step 1); 0: none, or nothing is predicted. Takes as
  * long for a tile of any size. */

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "common/crew.h"
+#include "common/thread_pool.h"
 #include "master/pass_cost.h"
 
 /* No multiples of the edges of blocks and cells. */
@@ -94,8 +94,8 @@ static void check_close(double seconds, double expected)
 static void test_places(void **state)
 {
     (void)state;
-    struct crew *crew = crew_gather(3);
-    for (int with_crew = 0; with_crew < 2; with_crew++) {
+    struct thread_pool *pool = thread_pool_create(3);
+    for (int with_pool = 0; with_pool < 2; with_pool++) {
         struct picture it;
         begin(&it, 3, 20);
         assert_true(pass_cost_of(it.cost, &all) == 0);
@@ -103,7 +103,7 @@ static void test_places(void **state)
         const struct tile b = {.x = 40, .y = 36, .w = 13, .h = 3, .step = 1};
         ask(&it, &a, 2); /* 4 more samples */
         ask(&it, &b, 4); /* 28 more */
-        pass_cost_predict(it.cost, &it.statistics, it.next, with_crew ? crew : NULL);
+        pass_cost_predict(it.cost, &it.statistics, it.next, with_pool ? pool : NULL);
         double in_a = 3 * rays_in(&a, 4) / rays_in(&left, 4);
         double in_b = 20 * rays_in(&b, 28) / rays_in(&right, 4);
         check_close(pass_cost_of(it.cost, &all), in_a + in_b);
@@ -117,11 +117,11 @@ static void test_places(void **state)
         check_close(pass_cost_of(it.cost, &(struct tile){.y = 24, .w = 24, .h = 12}), 0);
         /* What was predicted before is forgotten. */
         ask(&it, &a, 1);
-        pass_cost_predict(it.cost, &it.statistics, it.next, with_crew ? crew : NULL);
+        pass_cost_predict(it.cost, &it.statistics, it.next, with_pool ? pool : NULL);
         check_close(pass_cost_of(it.cost, &all), in_b);
         end(&it);
     }
-    crew_dismiss(crew);
+    thread_pool_destroy(pool);
 }
 
 /* What a pass has taken counts where it took it: its seconds are divided among the parts of a tile as predicted, and

@@ -1,4 +1,5 @@
-/* The tiles of a later pass in the queue: what they are predicted to cost, also when they are split, and their order. */
+/* The tiles of a later pass in the queue: what they are predicted to cost, also when they are split, and which go
+ * first. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
