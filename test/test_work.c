@@ -41,7 +41,7 @@ static struct {
     size_t count, said;
     void *buffer; /* of the posted receive */
     int heard;    /* bytes of the last message */
-    char result[2 * RESULT_SHORT];
+    char result[2 * TRAY_RESULT_BYTES];
     size_t result_bytes;
     struct result_header headers[8]; /* that the first results begin with */
     size_t sizes[8];
@@ -59,6 +59,7 @@ static struct {
     unsigned looks;        /* for a message while it is quiet */
     double heard_at;       /* seconds: when the second message was heard */
     unsigned held_up;      /* so many looks it takes until a result is sent; then it says STOP */
+    size_t eager;          /* what has so few bytes is sent at once all the same */
     unsigned held_up_left; /* of these behind the last wanted result */
 } master;
 
@@ -67,9 +68,10 @@ static atomic_bool quiet;
 
 /* ---- the calls of worker/work.c, receive.c and send.c ---- */
 
-/* Any two that are not MPI_REQUEST_NULL. */
+/* Any three that are not MPI_REQUEST_NULL. */
 #define RECEIVE ((MPI_Request)0x77000001)
 #define SEND    ((MPI_Request)0x77000002)
+#define EAGER   ((MPI_Request)0x77000003)
 
 int MPI_Comm_rank(MPI_Comm comm, int *rank)
 {
@@ -120,7 +122,10 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
               MPI_Request *request)
 {
     (void)type, (void)rank, (void)comm;
-    *request = SEND;
+    /* What is still being sent stays as it is. READY and STATS are sent with a new request, which has no value. */
+    if (tag == TAG_RENDERER_TO_MASTER_RESULT || tag == TAG_RENDERER_TO_MASTER_PONG)
+        assert_true(*request == MPI_REQUEST_NULL);
+    *request = (size_t)count <= master.eager ? EAGER : SEND;
     master.messages++;
     /* It is counted before it is sent. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
@@ -142,7 +147,7 @@ static bool is_quiet(void)
 static bool is_held_up(void)
 {
     if (master.results == 0 || master.held_up == 0) return false;
-    if (--master.held_up == 0) tray_count_sent(master.tray);
+    if (--master.held_up == 0 && master.tray) tray_count_sent(master.tray);
     return true;
 }
 
@@ -157,7 +162,7 @@ static void put_lot(struct tray *tray, const struct line *lot, unsigned said)
 int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
 {
     look_into_tray();
-    *done = *request == RECEIVE || *request == MPI_REQUEST_NULL || !is_held_up();
+    *done = *request != SEND || !is_held_up();
     if (*request != RECEIVE) {
         if (*done) *request = MPI_REQUEST_NULL;
         return MPI_SUCCESS;
@@ -236,6 +241,7 @@ struct manner {
     struct late_master *late; /* NULL: all is said at once */
     /* As the master's. */
     unsigned held_up;
+    size_t eager;
     unsigned full;
     const struct line *late_lot;
     bool served;   /* by another thread: nothing is said or filled here */
@@ -271,6 +277,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     master.wanted = wanted;
     master.tray = manner->tray;
     master.held_up = manner->held_up;
+    master.eager = manner->eager;
     master.full = manner->full;
     master.late_lot = manner->late_lot;
     bell_init(&master.bell);
@@ -709,8 +716,49 @@ static void test_renders_on_while_it_sends(void **state)
     delete_tray(tray);
 }
 
-/* A tile that takes long is reported, after the finished tiles are sent; when it is done, it is sent at once. With a
- * tray or without. */
+/* A result that is too long for a slot is sent in a message, even though the slot is empty. */
+static void test_too_long_for_a_slot(void **state)
+{
+    (void)state;
+    enum { EDGE_LARGE = 64 };
+    struct {
+        struct lot_header header;
+        struct tile tile;
+    } large = {.header = {.answer_s = 1e9},
+               .tile = {.id = 5, .w = EDGE_LARGE, .h = EDGE_LARGE, .step = 1}};
+    const struct line lines[] = {SAID,    {TAG_MASTER_TO_RENDERER_TILES, &large, sizeof large},
+                                 NOTHING, NOTHING,
+                                 NOTHING, STOP};
+    size_t bytes = result_bytes(&large.tile, EDGE_LARGE * EDGE_LARGE, false);
+    assert_true(bytes > TRAY_RESULT_BYTES && bytes <= sizeof master.result);
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    follow_in(&(struct manner){.tray = tray, .edge = EDGE_LARGE}, lines,
+              sizeof lines / sizeof *lines, 1);
+    assert_true(master.results == 1 && master.left == 0 && master.result_bytes == bytes);
+    tray_free(tray);
+    free(tray);
+}
+
+/* With nowhere to put the next result, it calls the master, waits until one is taken, and counts that as sending. */
+static void test_waits_for_a_buffer(void **state)
+{
+    (void)state;
+    struct lot_of_two calm = lot; /* half way through it nobody calls */
+    calm.header.wakes_master = 0;
+    struct line lines[2 + 3 * (SENDS + 1)] = {SAID};
+    for (size_t i = 1; i + 1 < sizeof lines / sizeof *lines; i++)
+        lines[i] = i % 3 == 1 ? (struct line){TAG_MASTER_TO_RENDERER_TILES, &calm, sizeof calm}
+                              : (struct line)NOTHING;
+    lines[sizeof lines / sizeof *lines - 1] = (struct line)STOP;
+    follow_in(&(struct manner){.held_up = 400}, lines, sizeof lines / sizeof *lines, SENDS + 1);
+    assert_int_equal(master.results, SENDS + 1);
+    assert_true(master.was_called);
+    assert_true(master.held_up_left == 0 && master.goodbye.send_s > 0.01);
+}
+
+/* A tile that takes long is reported, after the finished tiles are sent; when it is done, it is sent at once. The next
+ * lot is sent as if nothing had been reported. With a tray or without. */
 static void tell_of(uint32_t number, struct tray *tray)
 {
     struct {
@@ -725,13 +773,14 @@ static void tell_of(uint32_t number, struct tray *tray)
                                  NOTHING, /* before the first tile */
                                  NOTHING, /* in it */
                                  {0, NULL, 200},
+                                 LOT,
                                  NOTHING,
                                  NOTHING,
                                  STOP};
     size_t each = result_bytes(&lot.tiles[0], EDGE * EDGE / 2, false);
-    follow_with(tray, lines, sizeof lines / sizeof *lines, 3);
-    assert_int_equal(master.results, 3);
-    assert_int_equal(master.left, tray ? 2 - number : 0);
+    follow_with(tray, lines, sizeof lines / sizeof *lines, 4);
+    assert_int_equal(master.results, 4);
+    assert_int_equal(master.left, tray ? 2 : 0);
     const struct result_header *told = &master.headers[number];
     assert_true(told->tile_id == lot.tiles[number].id && unfinished_valid(told));
     assert_int_equal(master.sizes[number], sizeof *told);
@@ -742,7 +791,41 @@ static void tell_of(uint32_t number, struct tray *tray)
         assert_int_equal(master.sizes[result], each);
     }
     assert_true(told->busy_s > 0 && master.headers[number + 1].busy_s >= told->busy_s);
-    assert_int_equal(master.goodbye.bytes, 2 * each + sizeof *told);
+    assert_true(master.sizes[3] == 2 * each && header_at(each).tile_id == lot.tiles[1].id);
+    assert_int_equal(master.goodbye.bytes, 4 * each + sizeof *told);
+}
+
+/* A tile of each of two lots takes long, the last one of the second. What is finished of that is more, and has room;
+ * where that of the first is still being sent, nothing of the second is reported. */
+static void test_tells_of_two_lots(void **state)
+{
+    (void)state;
+    struct {
+        struct lot_header header;
+        float report_s[4];
+        struct tile tiles[3];
+    } lots[2];
+    for (uint32_t k = 0; k < 2; k++) {
+        lots[k].header = (struct lot_header){.answer_s = 1e9, .reports = 3};
+        for (uint32_t i = 0; i < 3; i++) {
+            lots[k].report_s[i] = i == k + 1 ? 0 : HUGE_VALF;
+            lots[k].tiles[i] = (struct tile){.id = i, .y = 2 * i, .w = EDGE, .h = 2, .step = 1};
+        }
+    }
+    struct line lines[20] = {SAID, {TAG_MASTER_TO_RENDERER_TILES, &lots[0], sizeof lots[0]}};
+    for (size_t i = 2; i < 19; i++)
+        lines[i] = (struct line){0, NULL, 200};
+    lines[8] = (struct line){TAG_MASTER_TO_RENDERER_TILES, &lots[1], sizeof lots[1]};
+    lines[19] = (struct line)STOP;
+    size_t each = result_bytes(&lots[0].tiles[0], 2 * EDGE, false);
+    for (unsigned late = 0; late <= 1; late++) {
+        struct manner manner = {.held_up = 200 * late, .eager = sizeof(struct result_header)};
+        follow_in(&manner, lines, sizeof lines / sizeof *lines, late ? 5 : 7);
+        assert_int_equal(master.results, late ? 5 : 7);
+        assert_true(master.sizes[0] == each && unfinished_valid(&master.headers[1]));
+        assert_true(master.sizes[2] == each && master.sizes[3] == each);
+        assert_int_equal(master.sizes[4], late ? 3 * each : 2 * each);
+    }
 }
 
 /* A report ends no more than the answer that it precedes: the tiles after the reported one come together again. */
@@ -774,9 +857,8 @@ static void test_reports_one_tile_alone(void **state)
 }
 
 /* A tile that goes on and on is reported again only when it has taken twice as long. */
-static void test_tells_again_seldom(void **state)
+static void tell_again(unsigned held_up)
 {
-    (void)state;
     enum { EDGE_LONG = 128, POLLS = 50 };
     struct {
         struct lot_header header;
@@ -791,12 +873,19 @@ static void test_tells_again_seldom(void **state)
     for (size_t i = 2; i < POLLS + 2; i++)
         lines[i] = (struct line){0, NULL, 200};
     lines[POLLS + 2] = (struct line)STOP;
-    follow_in(&(struct manner){.edge = EDGE_LONG}, lines, POLLS + 3, 1);
+    follow_in(&(struct manner){.edge = EDGE_LONG, .held_up = held_up}, lines, POLLS + 3, 1);
     assert_true(master.results >= 1 && unfinished_valid(&master.headers[0]));
     for (unsigned i = 1; i < master.results && i < 8; i++) {
         assert_true(unfinished_valid(&master.headers[i]));
         assert_true(master.headers[i].busy_s >= 1.999 * master.headers[i - 1].busy_s);
     }
+}
+
+static void test_tells_again_seldom(void **state)
+{
+    (void)state;
+    tell_again(0);
+    tell_again(20); /* not while the report before is being sent */
 }
 
 /* During a long lot the master polls in any case, and is not called. */
@@ -871,7 +960,10 @@ int main(void)
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),
         cmocka_unit_test(test_renders_on_while_it_sends),
+        cmocka_unit_test(test_too_long_for_a_slot),
+        cmocka_unit_test(test_waits_for_a_buffer),
         cmocka_unit_test(test_tells_of_what_takes_long),
+        cmocka_unit_test(test_tells_of_two_lots),
         cmocka_unit_test(test_reports_one_tile_alone),
         cmocka_unit_test(test_tells_again_seldom),
         cmocka_unit_test(test_long_lot),

@@ -104,7 +104,6 @@ void report_unfinished(struct worker *worker, double now)
     if (worker->done > worker->sent) send_finished(worker, worker->done - worker->sent);
     worker->notice = (struct result_header){.tile_id = worker->current.tiles[worker->rendering].id,
                                             .pixels = RESULT_UNFINISHED,
-                                            .start_s = worker->time.begun - worker->start,
                                             .busy_s = now - worker->time.begun};
     send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, &worker->notice, sizeof worker->notice,
                    &worker->notice_send);
