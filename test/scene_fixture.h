@@ -256,6 +256,7 @@ static inline void assert_rough_hit(const struct scene *scene, const struct ray 
 {
     struct hit settled = *rough;
     assert_int_equal(rough->primitive, hit->primitive);
+    if (hit->primitive != PRIMITIVE_NONE) assert_int_equal(rough->part, hit->part);
     if (is_rough_hit(rough)) {
         assert_true(fabs(rough->t - hit->t) <= hit_t_error(rough));
         uint64_t exact = 0;

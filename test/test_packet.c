@@ -253,7 +253,8 @@ static void test_all_kinds(void **state)
     for (uint32_t i = 0; i < 300; i++) {
         struct vec3 p = random_vector(&random, 4);
         struct disc disc = {.center = p, .normal = {0.6, 0, 0.8}, .radius = 0.3};
-        struct cone cone = {.base = p, .apex = {p.z, p.x, p.y}, .base_radius = 0.2};
+        struct cone cone = {
+            .base = p, .apex = {p.z, p.x, p.y}, .base_radius = 0.2, .capped = i % 2};
         add_sphere(builder, random_vector(&random, 4), 0.2, i % 2);
         add_box(builder, p, vec_add(p, vec3(0.2, 0.1, 0.3)), i % 2);
         assert_added(builder_add_disc(builder, &disc));
@@ -272,15 +273,91 @@ static void add_planes(struct builder *builder, uint64_t *random, unsigned count
     }
 }
 
-/* Most planes are transparent, so that rays pass several. */
+/* Most planes are transparent, so that rays pass several. There may be nothing else. */
 static void test_planes(void **state)
 {
     (void)state;
     uint64_t random = 46;
     for (size_t i = 0; i < sizeof both_ways / sizeof *both_ways; i++) {
-        struct builder *builder = triangles(1, 0.5, 0.5, 50);
+        struct builder *builder = triangles(1, 0.5, 0.5, i == 0 ? 0 : 50);
         add_planes(builder, &random, 1 + 5 * (unsigned)i);
         check_scene(finish_scene(builder), &both_ways[i]);
+    }
+}
+
+static struct vec3 near_by(struct vec3 at, uint64_t *random)
+{
+    return vec_add(at, random_vector(random, 3));
+}
+
+/* Things around a point. Each is there two times, one of them transparent; boxes have a triangle in one of their
+ * faces. */
+static struct builder *doubles(struct vec3 at, uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(0.9, 0.8, 0.7), 0.5);
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (uint32_t i = 0; i < 20; i++) {
+        struct vec3 p = near_by(at, random), q = near_by(at, random), r = near_by(at, random);
+        struct vec3 top = vec_add(p, vec3(1, 1, 1));
+        struct disc disc = {.center = q, .normal = {0.6, 0, 0.8}, .radius = 1};
+        struct cone cone = {.base = p, .apex = q, .base_radius = 0.5, .capped = 1};
+        struct plane plane = {.point = p, .normal = {0, 0.8, 0.6}};
+        add_box(builder, p, top, 1);
+        add_triangle(builder, top, vec3(p.x, top.y, top.z), vec3(top.x, p.y, top.z), 0);
+        for (uint32_t k = 0; k < 2; k++) {
+            plane.material = cone.material = disc.material = k;
+            add_triangle(builder, p, q, r, k);
+            add_sphere(builder, r, 1, k);
+            assert_added(builder_add_disc(builder, &disc));
+            assert_added(builder_add_cone(builder, &cone));
+            if (i % 8 == 0) assert_added(builder_add_plane(builder, &plane));
+        }
+    }
+    return builder;
+}
+
+/* Lets the rays go on from their hits almost along the surface, through it or not. */
+static void graze(const struct scene *scene, const struct hit hits[RAYS], double slope,
+                  struct ray rays[RAYS])
+{
+    for (int i = 0; i < RAYS; i++) {
+        if (hits[i].primitive == PRIMITIVE_NONE) continue;
+        struct surface surface;
+        surface_at(scene, &rays[i], &hits[i], &surface);
+        struct vec3 along = vec_cross(surface.geometric, vec3(0.3, 0.4, 0.5));
+        rays[i] = ray_along(surface.point, vec_add_scaled(along, surface.geometric, slope));
+        rays[i].t_max = 20;
+        rays[i].from = hits[i].primitive;
+        rays[i].from_part = hits[i].part;
+    }
+}
+
+/* Rays that pass surfaces in one place at small angles, where rounding has them cross far from where they start, and
+ * farther if their coordinates are large. */
+static void test_grazing(void **state)
+{
+    (void)state;
+    uint64_t random = 47;
+    for (int far = 0; far <= 1; far++) {
+        struct vec3 at = vec3(200.0 * far, 300.0 * far, 500.0 * far);
+        struct scene *scene = finish_scene(doubles(at, &random));
+        struct bvh *bvh = build_tree(scene);
+        struct ray rays[RAYS];
+        struct hit hits[RAYS];
+        for (int slope = -8; slope > -50; slope--) {
+            make_rays(&from_afar, scene, &random, rays);
+            for (int i = 0; i < RAYS; i++)
+                rays[i].origin = vec_add(rays[i].origin, at);
+            check_nearest(scene, bvh, rays, hits);
+            for (int n = 0; n < 4; n++) {
+                graze(scene, hits, ldexp(n % 2 ? 1 : -1, slope), rays);
+                check_occluded(scene, bvh, rays);
+                check_nearest(scene, bvh, rays, hits);
+            }
+        }
+        free(bvh);
+        free(scene);
     }
 }
 
@@ -337,6 +414,7 @@ int main(void)
         cmocka_unit_test(test_coplanar),
         cmocka_unit_test(test_all_kinds),
         cmocka_unit_test(test_planes),
+        cmocka_unit_test(test_grazing),
         cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_odd_rays),
         cmocka_unit_test(test_both_ways),
