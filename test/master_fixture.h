@@ -25,6 +25,7 @@
 /* What the master has sent to renderer 1 since this was last cleared. */
 static struct {
     uint32_t lots, starts, stops;
+    struct start start; /* the last one */
     struct lot_header headers[4];
     uint32_t drops, drop_messages;
     struct drop drop[8 * LOT_TILES];
@@ -100,6 +101,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     assert_int_equal(rank, 1);
     sent.stops += tag == TAG_MASTER_TO_RENDERER_STOP;
     sent.starts += tag == TAG_MASTER_TO_RENDERER_START;
+    if (tag == TAG_MASTER_TO_RENDERER_START) memcpy(&sent.start, buffer, sizeof sent.start);
     if (tag == TAG_MASTER_TO_RENDERER_DROP) note_drops(buffer, (size_t)count);
     if (tag != TAG_MASTER_TO_RENDERER_TILES) return MPI_SUCCESS;
     assert_true(sent.lots < 4 && (size_t)count > sizeof *sent.headers);

@@ -103,6 +103,52 @@ static void test_recalls_end(void **state)
     farm_close(farm);
 }
 
+/* Renderer 1 asks for a lot, and finishes all of it but this tile; returns whether that is in the lot. *others counts
+ * the tiles that renderer 0 has, too. */
+static bool overtake(struct farm *farm, uint32_t but, uint32_t *others)
+{
+    struct queue *queue = farm->service.queue;
+    struct tile lot[LOT_TILES], tile;
+    bool found = false;
+    uint32_t count = queue_next(queue, 1, LONG_AFTER, lot);
+    assert_true(count > 0);
+    tell_recalls(&farm->server);
+    for (uint32_t i = 0; i < count; i++) {
+        if (lot[i].id == but) {
+            found = true;
+            continue;
+        }
+        *others += queue_find_held(queue, 0, lot[i].id, &tile);
+        queue_finish(queue, 1, lot[i].id, LONG_AFTER, 1);
+    }
+    tell_recalls(&farm->server);
+    return found;
+}
+
+/* Renderer 0, on the master's own rank, gives up the tile in work where renderer 1 has finished it: not if that one
+ * merely has it, too, or has finished others. Renderer 1 is told nothing. */
+static void test_own_recalls(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct queue *queue = farm->service.queue;
+    struct tile lot[LOT_TILES];
+    assert_true(other_goes_on(farm)); /* lots are larger then */
+    uint32_t count = queue_next(queue, 0, 0, lot), own = lot[count - 1].id, others = 0;
+    assert_true(count > 1);
+    queue_look(queue, LONG_AFTER);
+    farm->server.own_tile = own;
+    while (!overtake(farm, own, &others))
+        ;
+    assert_true(others > 0);
+    assert_false(farm->service.given_up);
+    queue_finish(queue, 1, own, LONG_AFTER, 1);
+    tell_recalls(&farm->server);
+    assert_true(farm->service.given_up);
+    assert_int_equal(sent.drop_messages, 0);
+    farm_close(farm);
+}
+
 /* ---- trays ---- */
 
 /* Whether the last lot is one tile, of which all pixels get samples. */
@@ -222,27 +268,65 @@ static void test_idle_get_what_is_overdue(void **state)
     farm_close(farm);
 }
 
-/* A renderer is told once to stop, and gets no work afterwards, even if it reports for work only then. */
+static const struct ready ready = {.rank = 1, .host = "host"};
+
+/* A renderer that reports for work is told how long the others have worked, and gets work. */
+static void test_start(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    farm->server.start -= 100;
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
+    assert_true(sent.starts == 1 && sent.lots > 0);
+    assert_true(sent.start.elapsed_s >= 100 && sent.start.elapsed_s < 150);
+    farm_close(farm);
+}
+
+/* A renderer that was told to stop is not told of what others have finished: it would not receive it. */
+static void test_no_recalls_after_stop(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    fall_silent(farm);
+    while (other_goes_on(farm))
+        ;
+    tell_stop(&farm->server, 1);
+    tell_recalls(&farm->server);
+    assert_true(sent.stops == 1 && sent.drop_messages == 0);
+    farm_close(farm);
+}
+
+/* A renderer is told once to stop, and gets no work afterwards, even if it reports for work only then, or there is
+ * more. */
 static void test_stop(void **state)
 {
     (void)state;
     struct farm *farm = farm_open(&small_tiles);
-    const struct ready ready = {.rank = 1, .host = "host"};
     tell_stop(&farm->server, 1);
     tell_stop(&farm->server, 1);
     assert_int_equal(sent.stops, 1);
     arrive_as(farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
     assert_true(farm->contacts[1].is_ready && sent.starts == 0 && sent.lots == 0);
     assert_string_equal(farm->stats[1].host, "host");
+    farm->contacts[1].is_idle = true;
+    queue_add(farm->service.queue, &(struct tile){.w = 8, .h = 1, .step = 1}, 1, 1);
+    hand_out_to_idle(&farm->server);
+    assert_int_equal(sent.lots, 0);
     farm_close(farm);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_who_calls),   cmocka_unit_test(test_recalls),
-        cmocka_unit_test(test_recalls_end), cmocka_unit_test(test_trays),
-        cmocka_unit_test(test_news),        cmocka_unit_test(test_idle_get_what_is_overdue),
+        cmocka_unit_test(test_who_calls),
+        cmocka_unit_test(test_recalls),
+        cmocka_unit_test(test_recalls_end),
+        cmocka_unit_test(test_trays),
+        cmocka_unit_test(test_news),
+        cmocka_unit_test(test_idle_get_what_is_overdue),
+        cmocka_unit_test(test_own_recalls),
+        cmocka_unit_test(test_start),
+        cmocka_unit_test(test_no_recalls_after_stop),
         cmocka_unit_test(test_stop),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

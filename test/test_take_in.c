@@ -22,6 +22,7 @@ static void test_answers_are_counted(void **state)
     struct farm *farm = farm_open(&small_tiles);
     const struct renderer_stats *stats = &farm->stats[1];
     struct tile tile;
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0); /* is none */
     hand_out(&farm->server, 1);
     for (uint32_t i = 1; i <= 9; i++) {
         assert_true(first_held(farm, &tile));
@@ -36,7 +37,7 @@ static void test_answers_are_counted(void **state)
         assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
     }
     assert_int_equal(render_counts_rays(&farm->service.counts), 3 * 9); /* of which the bar tells */
-    assert_true(farm->service.messages == 9 && farm->server.pixels == 16 * 9);
+    assert_true(farm->service.messages == 10 && farm->server.pixels == 16 * 9);
     assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
     farm_close(farm);
 }
@@ -62,8 +63,8 @@ static void test_times_of_the_phase(void **state)
     farm_close(farm);
 }
 
-/* A tile that was dropped before it was begun does not count as rendered. The report that a tile takes long may come
- * when it is back already. */
+/* A tile that was dropped does not count as rendered, but costs time if it was begun. The report that a tile takes long
+ * may come when it is back already. */
 static void test_what_is_not_finished(void **state)
 {
     (void)state;
@@ -83,6 +84,11 @@ static void test_what_is_not_finished(void **state)
     arrive(farm);
     assert_int_equal(queue_tile_count(farm->service.queue, 1), holds - 1);
     assert_true(farm->stats[1].finish_s == 7 && farm->stats[1].tiles == 1);
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED, .start_s = 9, .busy_s = 3});
+    arrive(farm);
+    assert_true(farm->stats[1].busy_s == 5 && farm->stats[1].finish_s == 12);
+    assert_int_equal(farm->stats[1].tiles, 1);
     farm_close(farm);
 }
 
@@ -128,7 +134,8 @@ static void test_answer_in_a_tray(void **state)
     farm_close(farm);
 }
 
-/* The time for which answers have waited is that of each of them, since messages were last looked for. */
+/* The time for which answers have waited is that of each of them, since messages were last looked for. A look that
+ * finds nothing ends such a time. */
 static void test_waits_are_counted(void **state)
 {
     (void)state;
@@ -143,17 +150,28 @@ static void test_waits_are_counted(void **state)
         memcpy(tray->result[i], letter.bytes, letter.size);
         slots_fill(&tray->results, i, (uint32_t)letter.size);
     }
+    farm->server.polled_at = clock_wall() - 1000;
+    assert_false(take_in(&farm->server));
+    assert_true(farm->service.answer_wait_most_s == 0);
+    assert_true(farm->server.polled_at > clock_wall() - 100);
     arrivals_leave(farm->arrivals, 1);
     farm->server.polled_at = clock_wall() - 100;
     assert_true(take_in(&farm->server));
-    assert_int_equal(farm->stats[1].tiles, 2);
+    assert_true(farm->stats[1].tiles == 2 && farm->service.answers == 2);
     assert_true(farm->service.answer_wait_s >= 200);
     assert_true(fabs(farm->service.answer_wait_most_s * 2 - farm->service.answer_wait_s) < 1e-6);
     take_tray(farm);
     farm_close(farm);
 }
 
-/* A PONG is a sign of life. A renderer that has sent its statistics at the end is gone. */
+static const struct renderer_stats goodbye = {.rank = 1, .tiles = 5, .host = "host"};
+
+static void say_goodbye(void *state)
+{
+    arrive_as(state, TAG_RENDERER_TO_MASTER_STATS, &goodbye, sizeof goodbye);
+}
+
+/* A PONG is a sign of life. A renderer that has sent its statistics at the end is gone, and does not come again. */
 static void test_goodbye(void **state)
 {
     (void)state;
@@ -163,9 +181,21 @@ static void test_goodbye(void **state)
     arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
     assert_true(contact->heard_at == 3 && sent.lots == 0);
     farm->service.ending = true;
-    const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
-    arrive_as(farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
+    say_goodbye(farm);
     assert_true(contact->is_gone && farm->stats[1].tiles == 5);
+    assert_fatal(say_goodbye, farm, "farm: rank 0: rank 1 sent statistics that make no sense\n");
+    farm_close(farm);
+}
+
+/* Nothing is left to do: that is the end, too. */
+static void test_goodbye_after_the_last_tile(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    while (other_goes_on(farm))
+        ;
+    say_goodbye(farm);
+    assert_true(farm->contacts[1].is_gone && farm->stats[1].tiles == 5);
     farm_close(farm);
 }
 
@@ -307,11 +337,16 @@ static void test_less_than_asked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers_are_counted), cmocka_unit_test(test_what_is_not_finished),
-        cmocka_unit_test(test_answer_in_a_tray),    cmocka_unit_test(test_goodbye),
-        cmocka_unit_test(test_waits_are_counted),   cmocka_unit_test(test_probes_are_not_counted),
-        cmocka_unit_test(test_wrong_messages),      cmocka_unit_test(test_less_than_asked),
+        cmocka_unit_test(test_answers_are_counted),
+        cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_answer_in_a_tray),
+        cmocka_unit_test(test_goodbye),
+        cmocka_unit_test(test_waits_are_counted),
+        cmocka_unit_test(test_probes_are_not_counted),
+        cmocka_unit_test(test_wrong_messages),
+        cmocka_unit_test(test_less_than_asked),
         cmocka_unit_test(test_times_of_the_phase),
+        cmocka_unit_test(test_goodbye_after_the_last_tile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -59,7 +59,7 @@ static struct {
     unsigned looks;        /* for a message while it is quiet */
     double heard_at;       /* seconds: when the second message was heard */
     unsigned held_up;      /* so many looks it takes until a result is sent; then it says STOP */
-    size_t eager;          /* what has so few bytes is sent at once all the same */
+    size_t eager;          /* what has fewer bytes is sent at once all the same */
     unsigned held_up_left; /* of these behind the last wanted result */
 } master;
 
@@ -125,7 +125,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     /* What is still being sent stays as it is. READY and STATS are sent with a new request, which has no value. */
     if (tag == TAG_RENDERER_TO_MASTER_RESULT || tag == TAG_RENDERER_TO_MASTER_PONG)
         assert_true(*request == MPI_REQUEST_NULL);
-    *request = (size_t)count <= master.eager ? EAGER : SEND;
+    *request = (size_t)count < master.eager ? EAGER : SEND;
     master.messages++;
     /* It is counted before it is sent. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
@@ -245,6 +245,7 @@ struct manner {
     unsigned full;
     const struct line *late_lot;
     bool served;   /* by another thread: nothing is said or filled here */
+    bool adaptive; /* the sampling is */
     uint32_t edge; /* of the picture; 0: EDGE */
 };
 
@@ -265,6 +266,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
                       unsigned wanted)
 {
     struct view view = small_view(manner->edge ? manner->edge : EDGE);
+    if (manner->adaptive) view.max_samples = 64;
     struct builder *builder = builder_create();
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
@@ -552,9 +554,14 @@ struct unfit_lot {
 static void follow_unfit(void *state)
 {
     const struct unfit_lot *it = state;
-    const struct line lines[] = {
-        SAID, {TAG_MASTER_TO_RENDERER_TILES, &it->lot, it->bytes}, NOTHING, NOTHING, STOP};
-    follow_in(&(struct manner){.edge = it->edge}, lines, sizeof lines / sizeof *lines, 1);
+    /* What a shorter one lacks is still in the buffer. */
+    const struct line lines[] = {SAID,
+                                 {TAG_MASTER_TO_RENDERER_TILES, &good_lot, large_bytes(2)},
+                                 {TAG_MASTER_TO_RENDERER_TILES, &it->lot, it->bytes},
+                                 NOTHING,
+                                 NOTHING,
+                                 STOP};
+    follow_in(&(struct manner){.edge = it->edge}, lines, sizeof lines / sizeof *lines, 2);
 }
 
 static void assert_unfit(const struct unfit_lot *unfit, const char *why)
@@ -586,7 +593,15 @@ static void test_lot_headers_are_checked(void **state)
     assert_unfit(&it, "lot that makes no sense");
 }
 
-/* So does one whose tiles do, or that has more of them, or more pixels, than there is room for. */
+static void follow_unstarted(void *state)
+{
+    (void)state;
+    static const struct line lines[] = {LOT, SAID, STOP};
+    follow(lines, sizeof lines / sizeof *lines, 1);
+}
+
+/* So does one before START, or whose tiles make no sense, or that has more of them, or more pixels, than there is room
+ * for. */
 static void test_lot_tiles_are_checked(void **state)
 {
     (void)state;
@@ -603,6 +618,138 @@ static void test_lot_tiles_are_checked(void **state)
     it = (struct unfit_lot){.lot = good_lot, .bytes = large_bytes(2), .edge = 1024};
     it.lot.tiles[0].w = it.lot.tiles[0].h = 1024; /* as many as there may be */
     assert_unfit(&it, "lot of too many pixels");
+    assert_fatal(follow_unstarted, NULL,
+                 "farm: rank 0: the master sent a tile that is not part of the picture\n");
+}
+
+/* A tile of as many pixels as there may be is taken; here the run is stopped before it is begun. */
+static void test_largest_tile(void **state)
+{
+    (void)state;
+    enum { EDGE_LARGEST = 1024 };
+    struct {
+        struct lot_header header;
+        struct tile tile;
+    } largest = {.tile = {.w = EDGE_LARGEST, .h = EDGE_LARGEST, .step = 1}};
+    assert_int_equal(tile_pixels(&largest.tile), TILE_MAX_PIXELS);
+    const struct line lines[] = {
+        SAID, {TAG_MASTER_TO_RENDERER_TILES, &largest, sizeof largest}, STOP};
+    follow_in(&(struct manner){.edge = EDGE_LARGEST}, lines, sizeof lines / sizeof *lines, 0);
+    assert_int_equal(master.stats, 1);
+}
+
+/* Two tiles of a later pass, and the samples of their pixels. */
+struct refined_lot {
+    struct lot_header header;
+    struct {
+        struct tile tile;
+        struct refinement refinements[EDGE * EDGE / 2];
+    } parts[2];
+};
+
+/* No pixel of the first tile gets samples, all of the second one do. */
+static struct refined_lot refined_lot(void)
+{
+    struct refined_lot it = {.header = {.answer_s = 1e9}};
+    for (uint32_t k = 0; k < 2; k++) {
+        it.parts[k].tile = lot.tiles[k];
+        it.parts[k].tile.pass = 1;
+        for (uint32_t i = 0; i < EDGE * EDGE / 2; i++)
+            it.parts[k].refinements[i] = (struct refinement){1, (uint8_t)(1 + k)};
+    }
+    return it;
+}
+
+/* What a lot says of the samples of its second tile begins where that of its first tile ends. */
+static void test_refined_lot(void **state)
+{
+    (void)state;
+    struct refined_lot refined = refined_lot();
+    const struct line lines[] = {SAID,    {TAG_MASTER_TO_RENDERER_TILES, &refined, sizeof refined},
+                                 NOTHING, NOTHING,
+                                 NOTHING, NOTHING,
+                                 STOP};
+    follow_in(&(struct manner){.adaptive = true}, lines, sizeof lines / sizeof *lines, 1);
+    struct result_header first = header_at(0), second = header_at(sizeof first);
+    assert_true(first.tile_id == lot.tiles[0].id && first.pixels == 0);
+    assert_true(second.tile_id == lot.tiles[1].id && second.pixels == EDGE * EDGE / 2);
+}
+
+struct unfit_refined {
+    struct refined_lot lot;
+    size_t bytes;
+};
+
+static void follow_unfit_refined(void *state)
+{
+    const struct unfit_refined *it = state;
+    struct refined_lot whole = refined_lot();
+    const struct line lines[] = {SAID,
+                                 {TAG_MASTER_TO_RENDERER_TILES, &whole, sizeof whole},
+                                 {TAG_MASTER_TO_RENDERER_TILES, &it->lot, it->bytes},
+                                 STOP};
+    follow_in(&(struct manner){.adaptive = true}, lines, sizeof lines / sizeof *lines, 2);
+}
+
+/* A lot that lacks a part of a tile, or of what it says of the samples, or says something else, ends the farm. */
+static void test_refined_lots_are_checked(void **state)
+{
+    (void)state;
+    static const char why[] =
+        "farm: rank 0: the master sent a tile that is not part of the picture\n";
+    struct unfit_refined it = {.lot = refined_lot(), .bytes = sizeof it.lot - 8};
+    assert_fatal(follow_unfit_refined, &it, why);
+    it.bytes = sizeof it.lot - sizeof it.lot.parts[1].refinements - 8;
+    assert_fatal(follow_unfit_refined, &it, why);
+    it.bytes = sizeof it.lot;
+    it.lot.parts[1].refinements[3].to = LEVEL_MAX;
+    assert_fatal(follow_unfit_refined, &it, why);
+}
+
+/* A message that is the last but STOP, and the reason why it ends the farm. */
+struct wrong_message {
+    struct line line;
+    const char *why;
+};
+
+static void follow_wrong_message(void *state)
+{
+    const struct wrong_message *wrong = state;
+    const struct line lines[] = {SAID, wrong->line, STOP};
+    follow(lines, sizeof lines / sizeof *lines, 0);
+}
+
+static void test_messages_are_checked(void **state)
+{
+    (void)state;
+    static const char zeros[64];
+    struct wrong_message wrong[] = {
+        {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start}, "sent a start that makes no sense"},
+        {{TAG_MASTER_TO_RENDERER_DROP, zeros, 4},
+         "asked to drop a tile in a way that makes no sense"},
+        {{TAG_MASTER_TO_RENDERER_PING, zeros, 8},
+         "asked for a sign of life in a way that makes no sense"},
+        {{TAG_MASTER_TO_RENDERER_STOP, zeros, 8}, "said stop in a way that makes no sense"},
+        {{99, zeros, 8}, "sent a message of unknown kind 99"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        char line[128];
+        snprintf(line, sizeof line, "farm: rank 0: the master %s\n", wrong[i].why);
+        assert_fatal(follow_wrong_message, &wrong[i], line);
+    }
+}
+
+/* It answers the second of two questions whether it is there only if the first answer has been sent. */
+static void test_answers_once(void **state)
+{
+    (void)state;
+    struct line lines[20] = {BEGIN};
+    lines[17] = lines[18] = (struct line){TAG_MASTER_TO_RENDERER_PING, NULL, 0};
+    lines[19] = (struct line)STOP;
+    for (unsigned late = 0; late <= 1; late++) {
+        follow_in(&(struct manner){.held_up = 100 * late}, lines, 20, 1);
+        assert_int_equal(master.messages, 4 + !late); /* READY, a result, the answers, STATS */
+    }
 }
 
 #define LOTS_IN_ALL 7
@@ -819,7 +966,7 @@ static void test_tells_of_two_lots(void **state)
     lines[19] = (struct line)STOP;
     size_t each = result_bytes(&lots[0].tiles[0], 2 * EDGE, false);
     for (unsigned late = 0; late <= 1; late++) {
-        struct manner manner = {.held_up = 200 * late, .eager = sizeof(struct result_header)};
+        struct manner manner = {.held_up = 200 * late, .eager = each};
         follow_in(&manner, lines, sizeof lines / sizeof *lines, late ? 5 : 7);
         assert_int_equal(master.results, late ? 5 : 7);
         assert_true(master.sizes[0] == each && unfinished_valid(&master.headers[1]));
@@ -955,6 +1102,11 @@ int main(void)
         cmocka_unit_test(test_tray_is_checked),
         cmocka_unit_test(test_lot_headers_are_checked),
         cmocka_unit_test(test_lot_tiles_are_checked),
+        cmocka_unit_test(test_largest_tile),
+        cmocka_unit_test(test_refined_lot),
+        cmocka_unit_test(test_refined_lots_are_checked),
+        cmocka_unit_test(test_messages_are_checked),
+        cmocka_unit_test(test_answers_once),
         cmocka_unit_test(test_many_lots),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),

@@ -119,8 +119,7 @@ static void drop_from(struct lot *lot, uint32_t id)
 static void take_drop(struct worker *worker, const struct drop *drop)
 {
     struct lot *current = &worker->current;
-    if (drop->finished && current->count > 0 &&
-        current->tiles[worker->rendering].id == drop->tile_id)
+    if (drop->finished && current->tiles[worker->rendering].id == drop->tile_id)
         worker->given_up = true;
     drop_from(current, drop->tile_id);
     for (int i = 0; i < worker->waiting; i++)
