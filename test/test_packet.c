@@ -226,10 +226,49 @@ static void test_vertices_and_edges(void **state)
     check_scene(finish_scene(sheet()), &from_afar);
 }
 
-/* Of triangles in one plane, or in one place, the first one counts. */
-static void test_coplanar(void **state)
+/* Rays of a packet whose directions have different longest components. */
+static void test_wide(void **state)
 {
     (void)state;
+    struct flock flock = {.eye = {-6, 6, -5}, .target = any_vertex, .size = 1};
+    check_scene(finish_scene(sheet()), &flock);
+    flock.target = edge_middle;
+    check_scene(finish_scene(sheet()), &flock);
+    flock.eye_spread = 0.2;
+    check_scene(finish_scene(sheet()), &flock);
+}
+
+/* Rays with a component of the direction that is never of the other sign and mostly as small as this. */
+static void check_slow(const struct scene *scene, const struct bvh *bvh, const struct flock *flock,
+                       double least, uint64_t *random)
+{
+    struct ray rays[RAYS];
+    struct hit hits[RAYS];
+    make_rays(flock, scene, random, rays);
+    for (int i = 0; i < RAYS; i++) {
+        double *component = i < RAYS / 2 ? &rays[i].direction.x : &rays[i].direction.y;
+        *component = i % 4 ? least : copysign(0.01 * *component, least);
+    }
+    check_occluded(scene, bvh, rays);
+    check_nearest(scene, bvh, rays, hits);
+}
+
+static void test_slow(void **state)
+{
+    (void)state;
+    const double least[] = {0, -0.0, 1e-310, -1e-310, 1e-40, -1e-40, 1e-12, -1e-12};
+    uint64_t random = 48;
+    struct scene *scene = finish_scene(sheet());
+    struct bvh *bvh = build_tree(scene);
+    for (size_t i = 0; i < sizeof least / sizeof *least; i++)
+        for (size_t k = 0; k < 2; k++)
+            check_slow(scene, bvh, &both_ways[k], least[i], &random);
+    free(bvh);
+    free(scene);
+}
+
+static struct builder *coplanar(void)
+{
     uint64_t random = 43;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
@@ -240,7 +279,17 @@ static void test_coplanar(void **state)
         for (int k = 0; k < 1 + i % 3; k++)
             add_triangle(builder, p, q, r, 0);
     }
-    check_scene(finish_scene(builder), &from_afar);
+    return builder;
+}
+
+/* Of triangles in one plane, or in one place, the first one counts. */
+static void test_coplanar(void **state)
+{
+    (void)state;
+    struct flock flock = from_afar;
+    check_scene(finish_scene(coplanar()), &flock);
+    flock.target = edge_middle;
+    check_scene(finish_scene(coplanar()), &flock);
 }
 
 static void test_all_kinds(void **state)
@@ -373,6 +422,20 @@ static void test_sizes(void **state)
     }
 }
 
+/* So far away that a leaf's units are too small for floats. */
+static void test_far_away(void **state)
+{
+    (void)state;
+    const double size = 1e-8;
+    struct flock flock = from_afar;
+    flock.target = any_vertex;
+    check_scene(finish_scene(triangles(size, size, 0.5, 40)), &flock);
+    flock.target = edge_middle;
+    check_scene(finish_scene(triangles(size, size, 0.5, 40)), &flock);
+    flock.eye_spread = 0.2;
+    check_scene(finish_scene(triangles(size, size, 0.5, 40)), &flock);
+}
+
 static double odd_component(uint64_t *random)
 {
     const double odd[] = {0,     -0.0, 0x1p-1074, -1e-310,     1e-300,   -1e300,
@@ -411,11 +474,14 @@ int main(void)
         cmocka_unit_test(test_triangles),
         cmocka_unit_test(test_pieces),
         cmocka_unit_test(test_vertices_and_edges),
+        cmocka_unit_test(test_wide),
+        cmocka_unit_test(test_slow),
         cmocka_unit_test(test_coplanar),
         cmocka_unit_test(test_all_kinds),
         cmocka_unit_test(test_planes),
         cmocka_unit_test(test_grazing),
         cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_far_away),
         cmocka_unit_test(test_odd_rays),
         cmocka_unit_test(test_both_ways),
     };

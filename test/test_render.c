@@ -490,7 +490,8 @@ static void test_bound_rays_tell_no_media(void **state)
     }
 }
 
-/* Samples too large for floats count as not finite, even if doubles can hold them. */
+/* Samples too large for floats count as not finite, even if doubles can hold them. Where the square of an error is too
+ * large for a double, it does not count. */
 static void test_too_bright_for_floats(void **state)
 {
     (void)state;
@@ -502,6 +503,11 @@ static void test_too_bright_for_floats(void **state)
     view.background_bottom = view.background_top = vec3(0, 1e38, 0);
     render_scene(builder_create(), &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.nonfinite, 0);
+    view.background_bottom = vec3(0, 1e200, 0);
+    view.min_samples = view.max_samples = 2;
+    render_scene(builder_create(), &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.nonfinite, 2 * SIZE * SIZE);
+    assert_true(picture.counts.sampling.squares == 0 && picture.counts.sampling.fourths == 0);
 }
 
 /* Catalogue 47: small terms are not lost beside large ones. */
@@ -640,17 +646,24 @@ static void test_spread_of_four_samples(void **state)
     prepared_free(&four);
 }
 
-/* With three samples, of which two are one half, the errors of the halves are weighted as for edges. */
+/* With three samples, of which two are one half, the errors of the halves are weighted as for edges. Where all samples
+ * are alike, so are the halves. */
 static void test_error_of_three_samples(void **state)
 {
     (void)state;
     enum { PIXELS = SIZE * SIZE };
-    static float mean[PIXELS * 3], difference[PIXELS * 3];
+    static float mean[PIXELS * 3], difference[PIXELS * 3], rays[PIXELS];
     struct prepared three = prepare(3, 3);
     struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
     struct render_counts counts;
-    struct task task = {.tile = &tile, .to.mean = mean, .to.difference = difference};
+    struct task task = {
+        .tile = &tile, .to.mean = mean, .to.difference = difference, .to.rays = rays};
     assert_true(renderer_task(three.renderer, &task, &counts));
+    assert_true(mean[0] > 0.1f && fabsf(difference[0]) < 0.01f);
+    double sum_of_rays = 0;
+    for (uint32_t k = 0; k < PIXELS; k++)
+        sum_of_rays += 3 * (double)rays[k];
+    assert_true(fabs(sum_of_rays / (double)render_counts_rays(&counts) - 1) < 1e-5);
     double sum = 0, share = (sqrt(2) + 1) / 9 / (1 / sqrt(8) + 1);
     for (uint32_t c = 0; c < 3 * PIXELS; c++)
         sum += pow((double)difference[c], 2) / 3;
@@ -699,6 +712,53 @@ static void test_passes_add_up(void **state)
     assert_true(all.sampling.squares > 0 && all.halfway.squares > all.sampling.squares);
     prepared_free(&at_once);
     prepared_free(&passes);
+}
+
+/* A pass that gives each pixel one sample has empty halves, which tell no error. */
+static void test_passes_of_one_sample(void **state)
+{
+    (void)state;
+    static float mean[SIZE * SIZE * 3], difference[SIZE * SIZE * 3], spread[SIZE * SIZE];
+    static struct refinement refinements[SIZE * SIZE];
+    struct prepared prepared = prepare(1, 4);
+    struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
+    struct render_counts counts;
+    struct task task = {.tile = &tile,
+                        .refinements = refinements,
+                        .to.mean = mean,
+                        .to.difference = difference,
+                        .to.spread = spread};
+    for (uint8_t pass = 0; pass < 2; pass++) {
+        for (uint32_t k = 0; k < SIZE * SIZE; k++) {
+            refinements[k] = (struct refinement){pass, pass + 1};
+            difference[3 * k] = spread[k] = 1;
+        }
+        assert_true(renderer_task(prepared.renderer, &task, &counts));
+        for (uint32_t k = 0; k < SIZE * SIZE; k++)
+            assert_true(difference[3 * k] == 0 && spread[k] == 0);
+        assert_true(counts.sampling.squares == 0);
+    }
+    prepared_free(&prepared);
+}
+
+/* The error half way through a pass is that of the first one. */
+static void test_halfway_of_the_first_pass(void **state)
+{
+    (void)state;
+    static float mean[SIZE * SIZE * 3];
+    static struct refinement refinements[SIZE * SIZE];
+    struct prepared prepared = prepare(4, 16);
+    struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
+    struct render_counts counts;
+    struct task task = {.tile = &tile, .refinements = refinements, .to.mean = mean};
+    for (uint8_t pass = 0; pass < 2; pass++) {
+        for (uint32_t k = 0; k < SIZE * SIZE; k++)
+            refinements[k] = (struct refinement){pass, pass + 1};
+        assert_true(renderer_task(prepared.renderer, &task, &counts));
+        assert_true(counts.sampling.squares > 0);
+        assert_int_equal(counts.halfway.squares > 0, pass == 0);
+    }
+    prepared_free(&prepared);
 }
 
 static bool count_wave(void *waves)
@@ -784,6 +844,8 @@ int main(void)
         cmocka_unit_test(test_bound_rays_tell_no_media),
         cmocka_unit_test(test_spread_of_four_samples),
         cmocka_unit_test(test_error_of_three_samples),
+        cmocka_unit_test(test_passes_of_one_sample),
+        cmocka_unit_test(test_halfway_of_the_first_pass),
         cmocka_unit_test(test_passes_add_up),
         cmocka_unit_test(test_many_lights_make_short_waves),
         cmocka_unit_test(test_media_are_forgotten_between_waves),

@@ -26,10 +26,10 @@ static double beyond_rounding(double a, double b)
     return fabs(difference) <= SAME_COLOR * fmax(fabs(a), fabs(b)) ? 0 : difference;
 }
 
-/* The mean of half A minus the mean of half B; 0 in components that are equal but for rounding. */
+/* The mean of half A minus the mean of half B, neither of which is empty; 0 in components that are equal but for
+ * rounding. */
 static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
 {
-    if (evens == 0 || odds == 0) return vec3(0, 0, 0);
     const struct pixel_sum *sum = &renderer->progress.sum;
     struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
     struct vec3 odd = divided(finished_sum(renderer, &sum->half[1]), odds);
@@ -52,7 +52,6 @@ static double share_of_square(double a, double b)
 
 static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
 {
-    if (evens == 0 || odds == 0) return;
     double share = share_of_square(evens, odds);
     double square = vec_dot(difference, difference) / 3 * share;
     if (!(square < HUGE_VAL)) return; /* counted as nonfinite */
@@ -67,8 +66,8 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
 static double spread_of(double squares, struct vec3 even, double evens, struct vec3 odd,
                         double odds)
 {
-    if (evens > 0) squares -= vec_dot(even, even) / evens;
-    if (odds > 0) squares -= vec_dot(odd, odd) / odds;
+    squares -= vec_dot(even, even) / evens;
+    squares -= vec_dot(odd, odd) / odds;
     return squares > 0 ? sqrt(squares / (3 * (evens + odds))) : 0;
 }
 
@@ -100,6 +99,7 @@ static INLINED void note_truncation(struct renderer *renderer, double sum, doubl
     renderer->counts.truncation = max_number(renderer->counts.truncation, sum);
 }
 
+/* A pixel with several samples, of which consecutive ones belong to different halves. */
 static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
