@@ -98,15 +98,15 @@ static INLINED void keep_certain(struct nearest_packet *it, lane_set set, const 
 }
 
 /*
- * Lowers the limits of rays that certainly hit something by `to`; crossings beyond may still be equally near
- * by worker/order.h, up to twice the error.
+ * Lowers the limits of rays that certainly hit something by `to`, unless they end before; crossings beyond may still be
+ * equally near by worker/order.h, up to twice the error.
  */
 static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struct lanes to)
 {
     struct lanes error = lanes_add(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), to));
     struct lanes now = lanes_load(it->limit);
     struct lanes limit = lanes_smaller(lanes_add(to, lanes_mul(lanes_of(2), error)), now);
-    lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->first_limit), limit, now));
+    lanes_store(it->limit, lanes_choose(rays, limit, now));
 }
 
 /*
@@ -439,7 +439,7 @@ static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
 {
     lane_set firsts = lanes_less(it->first_from, lanes_of(INFINITE)) &
                       lanes_at_most(it->first_from, lanes_load(it->limit));
-    lane_set set = firsts & lanes_less(lanes_of(0), it->first_from) & ~it->walking;
+    lane_set set = firsts & ~it->walking;
     for (lane_set rest = set & it->keeping; rest; rest = without_lowest(rest))
         if (has_another(it, lowest_lane(rest))) set &= ~(UINT32_C(1) << lowest_lane(rest));
     if (set) set = hits_of_firsts(it, set, hits);
