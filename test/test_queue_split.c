@@ -82,18 +82,37 @@ static void test_dear_of_few_are_split(void **state)
     assert_int_equal(largest_dear(&config), 64 * 64);
 }
 
+/* Takes in the probes that renderer 0 gets: all pixels cost the same. */
+static void probe_evenly(struct queue *queue)
+{
+    float seconds[LOT_TILES];
+    for (uint32_t k = 0; k < LOT_TILES; k++)
+        seconds[k] = 1e-3f;
+    while (!queue->settled) {
+        struct tile lot[LOT_TILES];
+        uint32_t count = queue_next(queue, 0, 0, lot);
+        for (uint32_t i = 0; i < count; i++) {
+            if (lot[i].pass == TILE_PROBE) queue_probed(queue, &lot[i], seconds);
+            queue_finish(queue, 0, lot[i].id, 0, 1e-3);
+        }
+    }
+}
+
 /* Pixels of the largest tile in some lots, each of which should be half of a tile of 4 x 4 pixels. The first lot,
- * handed out before anything is known of how long tiles take, has left parts of one. */
-static uint32_t largest_of_lots(uint32_t samples)
+ * handed out before anything is known of how long tiles take, has left parts of one. probe_edge: see struct
+ * queue_config. */
+static uint32_t largest_of_lots(uint32_t samples, uint32_t probe_edge)
 {
     const uint32_t renderers = 16;
     const struct queue_config config = {.width = 4 * 2 * renderers,
                                         .height = 4,
                                         .renderers = renderers,
                                         .tile_edge = 4,
+                                        .probe_edge = probe_edge,
                                         .samples = samples};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES];
+    probe_evenly(queue);
     uint32_t count = queue_next(queue, 1, 0, lot), largest = 0;
     double now = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -115,11 +134,22 @@ static uint32_t largest_of_lots(uint32_t samples)
 static void test_small_are_split_by_their_samples(void **state)
 {
     (void)state;
-    assert_int_equal(largest_of_lots(0), 16);
-    assert_int_equal(largest_of_lots(1), 16);
-    assert_int_equal(largest_of_lots(16), 16);
-    assert_int_equal(largest_of_lots(17), 8);
-    assert_int_equal(largest_of_lots(4096), 8);
+    assert_int_equal(largest_of_lots(0, 0), 16);
+    assert_int_equal(largest_of_lots(1, 0), 16);
+    assert_int_equal(largest_of_lots(16, 0), 16);
+    assert_int_equal(largest_of_lots(17, 0), 8);
+    assert_int_equal(largest_of_lots(4096, 0), 8);
+}
+
+/* Where probes tell that a tile of few pixels is a large part of a renderer's share, it is split until its parts are
+ * not, or have so few samples that they would together cost more than it does. */
+static void test_known_dear_are_split_further(void **state)
+{
+    (void)state;
+    assert_int_equal(largest_of_lots(1, 4), 16);
+    assert_int_equal(largest_of_lots(16, 4), 16);
+    assert_int_equal(largest_of_lots(64, 4), 4);
+    assert_int_equal(largest_of_lots(4096, 4), 2); /* a pixel is a 32nd part of a share */
 }
 
 /* Before there are predictions a lot has several tiles, however large the initial ones are: a single one may be more
@@ -312,6 +342,7 @@ int main(void)
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
+        cmocka_unit_test(test_known_dear_are_split_further),
         cmocka_unit_test(test_blind_lots_have_several_tiles),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
