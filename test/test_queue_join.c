@@ -82,11 +82,54 @@ static void test_joined_before_all_probes(void **state)
     queue_destroy(queue);
 }
 
+/* Whether tiles that are each 0.8 % of a renderer's share, of one cost per pixel, are joined by fours once the probes
+ * are back. pixel_s: that cost, seconds of a sample on its own. */
+static bool are_joined(double pixel_s, uint32_t samples)
+{
+    const struct queue_config config = {.width = 2048,
+                                        .height = 2048,
+                                        .renderers = 512,
+                                        .tile_edge = 8,
+                                        .probe_edge = 16,
+                                        .samples = samples};
+    struct queue *queue = queue_create(&config);
+    float seconds[LOT_TILES];
+    bool joined;
+    for (uint32_t k = 0; k < LOT_TILES; k++)
+        seconds[k] = (float)pixel_s;
+    for (uint32_t i = 0; !queue->settled; i++) {
+        struct tile lot[LOT_TILES];
+        uint32_t count = queue_next(queue, i % 512, 0, lot);
+        for (uint32_t k = 0; k < count; k++) {
+            assert_int_equal(lot[k].pass, TILE_PROBE);
+            queue_probed(queue, &lot[k], seconds);
+            queue_finish(queue, i % 512, lot[k].id, 0, pixel_s);
+        }
+    }
+    joined = area(&queue->items[0]) == 16 * 16;
+    assert_true(joined || area(&queue->items[0]) == 8 * 8);
+    check_sums(queue);
+    queue_destroy(queue);
+    return joined;
+}
+
+/* Many renderers get tiles that are a larger part of their share if there is so little work that the master would
+ * otherwise not keep up: 512 renderers if a tile takes them less than 307 us. */
+static void test_more_are_joined_in_a_hurry(void **state)
+{
+    (void)state;
+    assert_true(are_joined(1e-6, 1));
+    assert_false(are_joined(1e-4, 1));
+    assert_true(are_joined(1e-8, 64));
+    assert_false(are_joined(1e-6, 64));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cheap_are_joined),
         cmocka_unit_test(test_joined_before_all_probes),
+        cmocka_unit_test(test_more_are_joined_in_a_hurry),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
