@@ -224,53 +224,64 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
     return can_break || item->copies <= 1 || queue->pace.renderers[renderer].lost;
 }
 
-/* The tile that the first renderer in the heap has begun and that can be given to others; sets *renderer.
- * Renderers whose tile cannot are removed from the heap, or idle ones would wait behind a single pixel for all
- * that comes after it. NULL: there is none. */
-static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker,
-                                  uint32_t *renderer)
+/* The tile that the first renderer in the heap has begun and that can be given to others. Renderers whose tile cannot
+ * are removed from the heap, or idle ones would wait behind a single pixel for all that comes after it. NULL: there is
+ * none. */
+static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker)
 {
-    while ((*renderer = top_of(queue, heap, false)) != HEAP_ABSENT) {
-        struct hold *hold = last_to_pass_on(queue, *renderer, asker, false);
-        if (!hold || can_repeat(queue, *renderer, hold)) return hold;
-        heap_remove(heap, *renderer);
+    uint32_t renderer;
+    while ((renderer = top_of(queue, heap, false)) != HEAP_ABSENT) {
+        struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
+        if (!hold || can_repeat(queue, renderer, hold)) return hold;
+        heap_remove(heap, renderer);
     }
     return NULL;
 }
 
-/*
- * Hands out the tile that the first renderer in the heap has begun. If two or more are idle, it is broken into
- * pieces, which they finish sooner than a renderer that has taken long already is expected to. A single idle
- * renderer gets the whole, unless another one is going to be idle soon.
- */
-static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t asker, double now,
-                           struct tile *tiles)
+/* The tile with which the asker is to help its holder, the first renderer in the heap. NULL: there is none now; where
+ * it may pay later, idle renderers ask again then. */
+static struct hold *whom_to_help(struct queue *queue, struct heap *heap, uint32_t asker, double now)
 {
-    uint32_t renderer;
-    struct hold *hold = top_to_repeat(queue, heap, asker, &renderer);
-    if (!hold) return 0;
-    bool lost = queue->pace.renderers[renderer].lost;
+    struct pace *pace = &queue->pace;
+    struct hold *hold = top_to_repeat(queue, heap, asker);
+    if (!hold) return NULL;
+    const struct pace_renderer *holder = &pace->renderers[hold->renderer];
     uint32_t idle = queue_idle_cores(queue);
     /* Before the first answer no renderer is given up for late: it would be no use to wait for that. */
-    bool known = queue->pace.scale > 0;
-    if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
-    double work = hold->work;
-    if (!repeat_pays(queue, renderer, asker, now, work / idle)) {
-        double overdue =
-            queue->pace.renderers[renderer].free_at + pace_least(&queue->pace, renderer);
-        queue->retry = fmin(queue->retry, nextafter(overdue, HUGE_VAL));
-        return 0;
-    }
+    bool known = pace->scale > 0;
+    if (known && idle < 2 && pace->holders > (holder->lost ? 0 : 1)) return NULL;
+    if (repeat_pays(queue, hold->renderer, asker, now, hold->work / idle)) return hold;
+    double overdue = holder->free_at + pace_least(pace, hold->renderer);
+    queue->retry = fmin(queue->retry, nextafter(overdue, HUGE_VAL));
+    return NULL;
+}
+
+/*
+ * Hands out a tile that another renderer has begun. If two or more are idle, it is broken into pieces, which they
+ * finish sooner than a renderer that has taken long already is expected to. A single idle renderer gets the whole,
+ * unless another one is going to be idle soon.
+ */
+static uint32_t help(struct queue *queue, struct hold *hold, uint32_t asker, double now,
+                     struct tile *tiles)
+{
+    double work = hold->work, done = known_work(queue, hold->renderer, hold->id);
+    double seconds = expected_seconds(queue, hold->renderer, asker, now, fmax(work, done));
+    uint32_t idle = queue_idle_cores(queue);
     struct draft draft = {.renderer = asker, .tiles = tiles};
-    double done = known_work(queue, renderer, hold->id);
-    double seconds = expected_seconds(queue, renderer, asker, now, fmax(work, done));
     if (idle >= 2 && pieces_make(queue, hold->id, pieces_worth(queue, seconds, idle), done)) {
         recall(queue, hold);
         return lot_fill(queue, &draft, now, pace_lot(&queue->pace, asker, now, work));
     }
-    if (!lost && queue->items[hold->id].copies > 1) return 0;
+    if (!queue->pace.renderers[hold->renderer].lost && queue->items[hold->id].copies > 1) return 0;
     pass_on(queue, &draft, hold);
     return lot_give(queue, &draft, now);
+}
+
+static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t asker, double now,
+                           struct tile *tiles)
+{
+    struct hold *hold = whom_to_help(queue, heap, asker, now);
+    return hold ? help(queue, hold, asker, now, tiles) : 0;
 }
 
 uint32_t repeat_next(struct queue *queue, uint32_t renderer, double now,
