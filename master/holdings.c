@@ -126,10 +126,10 @@ static bool lot_is_over(const struct holdings *holdings, const struct holder *ho
            (holdings->holds[holder->first].lot != lot && holdings->holds[holder->last].lot != lot);
 }
 
-void holdings_pass_on(struct holdings *holdings, struct hold *hold)
+void holdings_recall(struct holdings *holdings, struct hold *hold)
 {
-    assert(!hold->passed_on);
-    hold->passed_on = true;
+    assert(!hold->recalled);
+    hold->recalled = true;
     holdings->holders[hold->renderer].open -= hold->may_pass;
 }
 
@@ -146,7 +146,7 @@ struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t
         holdings->holds[before].next = was.next;
     if (holder->last == hold) holder->last = before;
     if (--holder->count == 0) holdings->busy--;
-    holder->open -= was.may_pass && !was.passed_on;
+    holder->open -= was.may_pass && !was.recalled;
     if (lot_is_over(holdings, holder, was.lot)) holder->lots--;
     holdings->holds[hold].next = holdings->free;
     holdings->free = hold;

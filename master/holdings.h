@@ -21,14 +21,14 @@ struct hold {
     uint32_t renderer;
     uint32_t other; /* next hold on the same tile, in a circular list */
     bool may_pass;  /* the tile may be given to another renderer, too */
-    bool passed_on; /* another renderer got the tile, too, or it is of no use any more */
+    bool recalled;  /* another renderer got the tile, too, or it is of no use any more */
     double work;    /* predicted work */
 };
 
 struct holder {
     uint32_t first, last; /* its list of holds, or HOLD_NONE */
     uint32_t count;
-    uint32_t open;       /* holds with may_pass and not passed_on */
+    uint32_t open;       /* holds with may_pass and not recalled */
     uint32_t lots;       /* lots that it has now */
     uint32_t lots_given; /* lots that it has ever got; the number of the next one */
 };
@@ -59,8 +59,8 @@ uint32_t holdings_most_open(struct holdings *holdings);
 /* The renderer's hold on a tile; NULL: it does not have the tile. Valid until the next holdings_give(). */
 struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, uint32_t id);
 
-/* Marks the hold as passed on: another renderer gets the tile, too, or nobody needs it any more. */
-void holdings_pass_on(struct holdings *holdings, struct hold *hold);
+/* Marks the hold as recalled. */
+void holdings_recall(struct holdings *holdings, struct hold *hold);
 
 /* Removes the renderer's hold on the tile (which it has: asserted). Returns that hold, with `other` set to a
  * hold of another renderer on the tile, or to HOLD_NONE. */

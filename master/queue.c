@@ -203,7 +203,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
 
 void queue_tell(struct queue *queue, struct hold *hold, bool finished)
 {
-    if (!hold->passed_on) holdings_pass_on(&queue->holdings, hold);
+    if (!hold->recalled) holdings_recall(&queue->holdings, hold);
     queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
     queue->recalls[queue->recall_count++] = (struct recall){hold->renderer, hold->id, finished};
 }
@@ -237,13 +237,13 @@ bool queue_has_recalls(const struct queue *queue)
 bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id)
 {
     const struct hold *hold = holdings_find(&queue->holdings, renderer, id);
-    return hold && hold->passed_on;
+    return hold && hold->recalled;
 }
 
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
 {
     struct hold hold = take_back(queue, renderer, id);
-    assert(hold.passed_on);
+    assert(hold.recalled);
     queue->count.wasted_s += seconds;
     if (!queue->is_dynamic) return;
     withdraw_dropped(queue, id);

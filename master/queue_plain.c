@@ -14,9 +14,9 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
         struct hold *hold = &queue->holdings.holds[i];
         bool finished =
             queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
-        if (hold->passed_on || finished || holdings_find(&queue->holdings, renderer, hold->id))
+        if (hold->recalled || finished || holdings_find(&queue->holdings, renderer, hold->id))
             continue;
-        hold->passed_on = true;
+        hold->recalled = true;
         queue->count.repeated++;
         *tile = queue_tile_of(queue, hold->id);
         return true;

@@ -9,7 +9,7 @@
 /* Whether the tile can be given to another renderer: it is not finished, and has not been passed on before. */
 static bool is_open(const struct queue *queue, const struct hold *hold)
 {
-    return hold->may_pass && !hold->passed_on && !queue->items[hold->id].finished;
+    return hold->may_pass && !hold->recalled && !queue->items[hold->id].finished;
 }
 
 /*

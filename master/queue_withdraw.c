@@ -39,7 +39,7 @@ static void recall_unbegun(struct queue *queue, uint32_t renderer,
     if (i == HOLD_NONE) return;
     while ((i = holdings->holds[i].next) != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
-        if (is_meant(&queue->items[hold->id]) && !hold->passed_on) queue_tell(queue, hold, false);
+        if (is_meant(&queue->items[hold->id]) && !hold->recalled) queue_tell(queue, hold, false);
     }
 }
 

@@ -111,7 +111,7 @@ static inline void check_holders(const struct queue *queue)
         uint32_t count = 0, open = 0, lots = 0, lot = 0;
         for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next) {
             const struct hold *hold = &holdings->holds[i];
-            open += hold->may_pass && !hold->passed_on;
+            open += hold->may_pass && !hold->recalled;
             lots += count++ == 0 || hold->lot != lot;
             lot = hold->lot;
         }
