@@ -119,21 +119,61 @@ static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_
     adaptive->pass.missing--;
 }
 
+static void advance(struct new_samples *at, size_t pixels)
+{
+    at->mean += 3 * pixels;
+    at->difference += 3 * pixels;
+    at->spread += pixels;
+    at->rays += pixels;
+}
+
+/* Whether pass 0 is under way, and all pixels of the tile, which is a rectangle, are still to come. */
+static bool is_new(const struct adaptive *adaptive, const struct tile *tile)
+{
+    size_t row = adaptive->statistics.canvas->width;
+    if (!has_all_pixels(adaptive) || tile->step > 1 || tile->phase > 0) return false;
+    for (uint32_t y = tile->y; y < tile->y + tile->h; y++)
+        for (uint32_t x = tile->x; x < tile->x + tile->w; x++)
+            if (!adaptive_is_pending(adaptive, y * row + x)) return false;
+    return true;
+}
+
+/* Takes in such a tile, row by row: that is most of what the master has to store. */
+static void put_new(struct adaptive *adaptive, const struct tile *tile, struct new_samples at)
+{
+    size_t row = adaptive->statistics.canvas->width;
+    double rays = 0;
+    for (uint32_t y = tile->y; y < tile->y + tile->h; y++, advance(&at, tile->w))
+        rays += statistics_put_first(&adaptive->statistics, y * row + tile->x, tile->w, 1, &at);
+    pixel_errors_settle(&adaptive->errors, tile->y * row + tile->x, NULL);
+    effort_add(&adaptive->effort, 0, 1, rays);
+    adaptive->pass.missing -= tile_pixels(tile);
+}
+
+/* Takes in a tile pixel by pixel. */
+static void put_pending(struct adaptive *adaptive, const struct tile *tile, struct new_samples at)
+{
+    bool all = has_all_pixels(adaptive);
+    uint32_t pixels = tile_pixels(tile);
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        bool more = adaptive_is_pending(adaptive, walk.pixel);
+        if (more) put_pixel(adaptive, walk.pixel, &at);
+        if (more || all) advance(&at, 1);
+    }
+}
+
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds)
 {
-    bool all = has_all_pixels(adaptive);
     size_t in = adaptive_pixels(adaptive, tile);
     struct new_samples at = {.mean = part, .difference = part + 3 * in};
     at.spread = at.difference + 3 * in;
     at.rays = at.spread + in;
     effort_add_seconds(&adaptive->effort, adaptive->pass.is_first, seconds);
     pass_cost_took(adaptive->cost, tile, seconds);
-    uint32_t pixels = tile_pixels(tile);
-    struct walk walk = walk_begin(adaptive, tile);
-    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
-        bool more = adaptive_is_pending(adaptive, walk.pixel);
-        if (more) put_pixel(adaptive, walk.pixel, &at);
-        if (more || all) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
-    }
+    if (is_new(adaptive, tile))
+        put_new(adaptive, tile, at);
+    else
+        put_pending(adaptive, tile, at);
 }

@@ -91,14 +91,28 @@ static float combined_spread(const struct statistics *statistics, size_t pixel, 
     return (float)sqrt(within / all + samples * count / (all * all) * apart / 3);
 }
 
-static void put_first(struct statistics *statistics, size_t pixel, const struct new_samples *more,
-                      float rays)
+/* Rays per sample, made valid: a sample takes at least one ray. */
+static double rays_of(float rays)
 {
-    memcpy(&statistics->canvas->rgb[3 * pixel], more->mean, 3 * sizeof *more->mean);
-    memcpy(&statistics->difference[3 * pixel], more->difference, 3 * sizeof *more->difference);
-    statistics->spread[pixel] = *more->spread;
-    statistics->rays[pixel] = rays;
-    statistics->unsampled--;
+    return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
+}
+
+double statistics_put_first(struct statistics *statistics, size_t pixel, size_t count,
+                            uint32_t level, const struct new_samples *more)
+{
+    double rays = 0;
+    memcpy(&statistics->canvas->rgb[3 * pixel], more->mean, 3 * count * sizeof *more->mean);
+    memcpy(&statistics->difference[3 * pixel], more->difference,
+           3 * count * sizeof *more->difference);
+    memcpy(&statistics->spread[pixel], more->spread, count * sizeof *more->spread);
+    memset(&statistics->level[pixel], (int)level, count);
+    for (size_t i = 0; i < count; i++) {
+        double of_pixel = rays_of(more->rays[i]);
+        statistics->rays[pixel + i] = (float)of_pixel;
+        rays += of_pixel;
+    }
+    statistics->unsampled -= count;
+    return rays;
 }
 
 /* Combines the pixel's samples with `count` more. */
@@ -116,21 +130,14 @@ static void put_more(struct statistics *statistics, size_t pixel, double count,
     statistics->rays[pixel] = combined(statistics->rays[pixel], before, rays, count);
 }
 
-/* Rays per sample, made valid: a sample takes at least one ray. */
-static double rays_of(float rays)
-{
-    return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
-}
-
 double statistics_put(struct statistics *statistics, size_t pixel, uint32_t level,
                       const struct new_samples *more)
 {
+    if (statistics->level[pixel] == 0)
+        return statistics_put_first(statistics, pixel, 1, level, more);
     double rays = rays_of(*more->rays);
     double count = statistics->levels.samples[level] - statistics_samples(statistics, pixel);
-    if (statistics->level[pixel] == 0)
-        put_first(statistics, pixel, more, (float)rays);
-    else
-        put_more(statistics, pixel, count, more, (float)rays);
+    put_more(statistics, pixel, count, more, (float)rays);
     statistics->level[pixel] = (uint8_t)level;
     return rays;
 }

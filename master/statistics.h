@@ -76,6 +76,10 @@ struct pixel_statistics statistics_of_pixel(const struct statistics *statistics,
 double statistics_put(struct statistics *statistics, size_t pixel, uint32_t level,
                       const struct new_samples *more);
 
+/* The same for `count` consecutive pixels, none of which has samples. Returns the sum of their rays per sample. */
+double statistics_put_first(struct statistics *statistics, size_t pixel, size_t count,
+                            uint32_t level, const struct new_samples *more);
+
 static inline double statistics_samples(const struct statistics *statistics, size_t pixel)
 {
     return statistics->levels.samples[statistics->level[pixel]];
