@@ -82,12 +82,12 @@ static void test_joined_before_all_probes(void **state)
     queue_destroy(queue);
 }
 
-/* Whether tiles that are each 0.8 % of a renderer's share, of one cost per pixel, are joined by fours once the probes
- * are back. pixel_s: that cost, seconds of a sample on its own. */
-static bool are_joined(double pixel_s, uint32_t samples)
+/* Whether any tiles of one cost per pixel are joined once the probes are back, and if so all by fours. Each is 0.8 % of
+ * a renderer's share in a picture with this edge: 2048 pixels. pixel_s: that cost, seconds of a sample on its own. */
+static bool are_joined(uint32_t edge, double pixel_s, uint32_t samples)
 {
-    const struct queue_config config = {.width = 2048,
-                                        .height = 2048,
+    const struct queue_config config = {.width = edge,
+                                        .height = edge,
                                         .renderers = 512,
                                         .tile_edge = 8,
                                         .probe_edge = 16,
@@ -114,14 +114,16 @@ static bool are_joined(double pixel_s, uint32_t samples)
 }
 
 /* Many renderers get tiles that are a larger part of their share if there is so little work that the master would
- * otherwise not keep up: 512 renderers if a tile takes them less than 307 us. */
+ * otherwise not keep up: 512 renderers if a tile takes them less than 307 us. But two tiles that are a quarter of a
+ * share stay apart, however little work there is. */
 static void test_more_are_joined_in_a_hurry(void **state)
 {
     (void)state;
-    assert_true(are_joined(1e-6, 1));
-    assert_false(are_joined(1e-4, 1));
-    assert_true(are_joined(1e-8, 64));
-    assert_false(are_joined(1e-6, 64));
+    assert_true(are_joined(2048, 1e-6, 1));
+    assert_false(are_joined(2048, 1e-4, 1));
+    assert_true(are_joined(2048, 1e-8, 64));
+    assert_false(are_joined(2048, 1e-6, 64));
+    assert_false(are_joined(512, 1e-8, 1));
 }
 
 int main(void)
