@@ -156,6 +156,12 @@ bool adaptive_replan(struct adaptive *adaptive, double limit)
     return !adaptive->is_met && plan_levels(adaptive, limit);
 }
 
+void adaptive_predict_rest(struct adaptive *adaptive)
+{
+    if (adaptive->statistics.unsampled > 0) return;
+    pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->pool);
+}
+
 bool adaptive_is_met(struct adaptive *adaptive)
 {
     if (adaptive->is_met) return true;

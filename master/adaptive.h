@@ -103,6 +103,10 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds);
  * also where the limit belongs to no such pass; then nothing changes. */
 bool adaptive_replan(struct adaptive *adaptive, double limit);
 
+/* Some pixels of the present pass have come in from an earlier run: adaptive_work_seconds() is what the others take from
+ * now on. */
+void adaptive_predict_rest(struct adaptive *adaptive);
+
 /* The limit that the present pass was planned with, >= 0; 0 in pass 0. Below 0: the pass is that of a lattice, the one
  * with the number -1 - limit. */
 double adaptive_limit(const struct adaptive *adaptive);

@@ -62,6 +62,27 @@ static void test_work(void **state)
     canvas_free(&canvas);
 }
 
+/* A run that goes on with a pass of an earlier one predicts only what is left of it. */
+static void test_rest(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct adaptive *adaptive = begin(&canvas, 0, 1, 1);
+    struct queue *queue = queue_create(&config);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    double whole = adaptive_work_seconds(adaptive, &all);
+    put(adaptive, columns(0, 6), (struct sent){0.5f, 0, APART, {1, 1}}, whole / 4);
+    adaptive_predict_rest(adaptive);
+    assert_true(fabs(adaptive_work_seconds(adaptive, &all) - whole * 3 / 4) < 1e-9 * whole);
+    uint32_t first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 3);
+    assert_true(fabs(work_of(queue, first) / work_of(queue, first + 2) - 2.0 / 8) < 1e-6);
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 /* Of two tiles that are expected to become better by as much, the one that takes less time goes first. */
 static void test_order(void **state)
 {
@@ -107,6 +128,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_work),
+        cmocka_unit_test(test_rest),
         cmocka_unit_test(test_order),
         cmocka_unit_test(test_nothing_to_do),
     };
