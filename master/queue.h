@@ -237,7 +237,8 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
 /*
  * Tells how the work of added tiles is spread over their pixels, for when they are split: the callback returns what a
  * part of one costs, in a unit that is the same for all parts of the tile; 0 for the whole tile: not known. Without it,
- * and where it is not known, work is taken to be spread as in pass 0. The state is not owned and outlives the queue.
+ * and where it is not known, work is taken to be spread as in pass 0. The state is not owned; it must stay valid as
+ * long as the queue hands out tiles.
  */
 typedef double queue_part_work(const void *state, const struct tile *part);
 void queue_set_part_work(struct queue *queue, queue_part_work *part_work, const void *state);
