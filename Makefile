@@ -222,8 +222,8 @@ $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c bench/balance_costs*.c)) \
-    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_trace.o $(BUILD)/bench/report_values.o \
-    $(BUILD)/bench/median.o
+    $(addprefix $(BUILD)/bench/balance_,events.o passes.o record.o stage.o trace.o) \
+    $(BUILD)/bench/report_values.o $(BUILD)/bench/median.o
 
 # Tests that compare with numbers of arbitrary precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
