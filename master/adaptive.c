@@ -104,7 +104,6 @@ static bool plan_levels(struct adaptive *adaptive, double limit)
     adaptive->pass.asked = refined.pixels;
     if (refined.pixels == 0) return false;
     promise_make(&adaptive->promise, squares, refined.left);
-    pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->pool);
     pass_begin(&adaptive->pass, false, limit, refined.pixels);
     return true;
 }
@@ -156,7 +155,7 @@ bool adaptive_replan(struct adaptive *adaptive, double limit)
     return !adaptive->is_met && plan_levels(adaptive, limit);
 }
 
-void adaptive_predict_rest(struct adaptive *adaptive)
+void adaptive_predict_work(struct adaptive *adaptive)
 {
     if (adaptive->statistics.unsampled > 0) return;
     pass_cost_predict(adaptive->cost, &adaptive->statistics, adaptive->pass.next, adaptive->pool);

@@ -103,10 +103,6 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds);
  * also where the limit belongs to no such pass; then nothing changes. */
 bool adaptive_replan(struct adaptive *adaptive, double limit);
 
-/* Some pixels of the present pass have come in from an earlier run: adaptive_work_seconds() is what the others take from
- * now on. */
-void adaptive_predict_rest(struct adaptive *adaptive);
-
 /* The limit that the present pass was planned with, >= 0; 0 in pass 0. Below 0: the pass is that of a lattice, the one
  * with the number -1 - limit. */
 double adaptive_limit(const struct adaptive *adaptive);
@@ -138,8 +134,12 @@ struct adaptive_work {
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 
-/* The CPU seconds that the present pass is predicted to take in a tile, from those that rays have taken there so far;
- * 0: none, or not known, as in passes of first samples. Takes as long for a tile of any size. */
+/* Predicts what is still to come of the present pass, from the CPU seconds that rays have taken in each part of the
+ * picture so far. No pixel may come in meanwhile. */
+void adaptive_predict_work(struct adaptive *adaptive);
+
+/* The CPU seconds that were predicted for a tile; 0: none, or not known, as in passes of first samples. Takes as long
+ * for a tile of any size. */
 double adaptive_work_seconds(const struct adaptive *adaptive, const struct tile *tile);
 
 /* Sets what the pass adds to each pixel of a tile, in the tile's order. */

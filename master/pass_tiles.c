@@ -32,8 +32,9 @@ static void add_tile(const struct pass_tiles *it, const struct tile *tile)
     queue_add(it->queue, tile, cost, priority);
 }
 
-void pass_tiles_add(struct queue *queue, const struct adaptive *adaptive, uint32_t min_samples)
+void pass_tiles_add(struct queue *queue, struct adaptive *adaptive, uint32_t min_samples)
 {
+    adaptive_predict_work(adaptive);
     const struct tile all = adaptive_whole(adaptive);
     const struct pass_tiles it = {
         .queue = queue,

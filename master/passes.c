@@ -155,8 +155,6 @@ static void begin_pass(struct server *server)
     /* A pass that an earlier run has begun is planned already. */
     if (adaptive_is_complete(service->adaptive))
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
-    else
-        adaptive_predict_rest(service->adaptive);
     if (server->last_pass) return;
     server->tiles_before = queue_count(service->queue).tiles;
     pass_tiles_add(service->queue, service->adaptive, service->first_samples);

@@ -70,17 +70,35 @@ static void test_rest(void **state)
     struct adaptive *adaptive = begin(&canvas, 0, 1, 1);
     struct queue *queue = queue_create(&config);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    adaptive_predict_work(adaptive);
     double whole = adaptive_work_seconds(adaptive, &all);
     put(adaptive, columns(0, 6), (struct sent){0.5f, 0, APART, {1, 1}}, whole / 4);
-    adaptive_predict_rest(adaptive);
-    assert_true(fabs(adaptive_work_seconds(adaptive, &all) - whole * 3 / 4) < 1e-9 * whole);
     uint32_t first = queue->item_count;
     pass_tiles_add(queue, adaptive, 4);
+    assert_true(fabs(adaptive_work_seconds(adaptive, &all) - whole * 3 / 4) < 1e-9 * whole);
     assert_int_equal(queue->item_count, first + 3);
     assert_true(fabs(work_of(queue, first) / work_of(queue, first + 2) - 2.0 / 8) < 1e-6);
     queue_destroy(queue);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
+}
+
+static double all_on_the_right(const void *state, const struct tile *part)
+{
+    (void)state;
+    return part->x >= 2;
+}
+
+/* Tiles of pass 0 are split as the map of the picture says. */
+static void test_pass_0(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&config);
+    queue_set_part_work(queue, all_on_the_right, NULL);
+    double work = work_of(queue, 0);
+    split_tile(queue, 0);
+    assert_true(work > 0 && work_of(queue, 0) == work / 2);
+    queue_destroy(queue);
 }
 
 /* Of two tiles that are expected to become better by as much, the one that takes less time goes first. */
@@ -127,9 +145,8 @@ static void test_nothing_to_do(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_work),
-        cmocka_unit_test(test_rest),
-        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_work),          cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_pass_0),        cmocka_unit_test(test_order),
         cmocka_unit_test(test_nothing_to_do),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
