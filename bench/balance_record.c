@@ -55,8 +55,8 @@ static double note_pixel(const struct recorder *it, size_t pixel, const struct p
                          uint32_t k, struct refinement refinement)
 {
     const struct view *view = &it->record->view;
-    memcpy(it->all.mean + 3 * pixel, from->mean + 3 * k, 3 * sizeof(float));
-    memcpy(it->all.difference + 3 * pixel, from->difference + 3 * k, 3 * sizeof(float));
+    memcpy(it->all.mean + 3 * pixel, from->mean + 3 * (size_t)k, 3 * sizeof(float));
+    memcpy(it->all.difference + 3 * pixel, from->difference + 3 * (size_t)k, 3 * sizeof(float));
     it->all.spread[pixel] = from->spread[k];
     it->all.rays[pixel] = from->rays[k];
     return (double)from->rays[k] *
@@ -194,7 +194,8 @@ void record_copy(const struct record *record, const struct tile *tile,
 {
     size_t all = pixel_count(&record->view);
     struct pixel_floats from = pixel_floats(record->passes[tile->pass].floats, all, true);
-    for (uint32_t k = 0, in = 0; k < tile_pixels(tile); k++) {
+    size_t in = 0;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
         uint32_t x, y;
         if (refinements[k].to == refinements[k].from) continue;
         tile_pixel(tile, k, &x, &y);

@@ -30,9 +30,10 @@ struct pass_cost {
 size_t pass_cost_pixel_bytes(void)
 {
     const struct pass_cost *c = NULL;
-    size_t bytes =
-        sizeof *c->seconds + sizeof *c->rays + BLOCK_CELLS * BLOCK_CELLS * sizeof *c->sums;
-    return round_up_to(bytes, BLOCK_EDGE * BLOCK_EDGE) / (BLOCK_EDGE * BLOCK_EDGE);
+    const size_t cells = (size_t)BLOCK_CELLS * BLOCK_CELLS,
+                 pixels = (size_t)BLOCK_EDGE * BLOCK_EDGE;
+    size_t bytes = sizeof *c->seconds + sizeof *c->rays + cells * sizeof *c->sums;
+    return round_up_to(bytes, pixels) / pixels;
 }
 
 static size_t block_count(const struct pass_cost *cost)

@@ -25,7 +25,7 @@ static struct adaptive *begin(struct canvas *canvas, uint32_t from, float in_lef
     for (uint32_t x = 0; x < WIDE; x++)
         put(adaptive, columns(x, 1),
             (struct sent){0.5f, 0, x < from ? 0 : APART, {in_left, in_right}},
-            (double)(x < WIDE / 2 ? in_left : in_right) / (WIDE / 2));
+            (double)(x < WIDE / 2 ? in_left : in_right) / (0.5 * WIDE));
     return adaptive;
 }
 
