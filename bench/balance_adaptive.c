@@ -79,7 +79,7 @@ void section_adaptive(FILE *out)
 {
     fprintf(out,
             "Simulated speed-up of adaptive runs, %u x %u pixels, by processors; and the part of "
-            "the time on %u in which passes are planned, taken to be shared by all of them:\n\n"
+            "the time on %d in which passes are planned, taken to be shared by all of them:\n\n"
             "| scene, target error | samples | passes |",
             PAPER_WIDTH, PAPER_HEIGHT, PAPER_PROCESSORS);
     for (unsigned i = 1; i < COUNTS; i++)
