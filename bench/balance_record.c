@@ -34,6 +34,16 @@ static size_t row_length(const struct record *record)
     return (size_t)record->view.region_w + 1;
 }
 
+/* Copies number j of one set of arrays to number i of another one. */
+static void copy_pixel(const struct pixel_floats *to, size_t i, const struct pixel_floats *from,
+                       size_t j)
+{
+    memcpy(to->mean + 3 * i, from->mean + 3 * j, 3 * sizeof(float));
+    memcpy(to->difference + 3 * i, from->difference + 3 * j, 3 * sizeof(float));
+    to->spread[i] = from->spread[j];
+    to->rays[i] = from->rays[j];
+}
+
 /* ---- recording ---- */
 
 static double time_task(const struct recorder *it, const struct task *task)
@@ -50,30 +60,19 @@ static double time_task(const struct recorder *it, const struct task *task)
     return median;
 }
 
-/* Notes a pixel's floats, which are number k of a task; returns the rays that its samples took. */
-static double note_pixel(const struct recorder *it, size_t pixel, const struct pixel_floats *from,
-                         uint32_t k, struct refinement refinement)
-{
-    const struct view *view = &it->record->view;
-    memcpy(it->all.mean + 3 * pixel, from->mean + 3 * (size_t)k, 3 * sizeof(float));
-    memcpy(it->all.difference + 3 * pixel, from->difference + 3 * (size_t)k, 3 * sizeof(float));
-    it->all.spread[pixel] = from->spread[k];
-    it->all.rays[pixel] = from->rays[k];
-    return (double)from->rays[k] *
-           (level_samples(view, refinement.to) - level_samples(view, refinement.from));
-}
-
 /* Notes a task's results, and in `sums` the rays of each of its pixels; returns those of all. */
 static double note_task(const struct recorder *it, const struct task *task, double *sums)
 {
+    const struct view *view = &it->record->view;
     double all = 0;
     for (uint32_t k = 0, in = 0; k < tile_pixels(task->tile); k++) {
         struct refinement refinement = task->refinements[k];
         uint32_t x, y;
         if (refinement.to == refinement.from) continue;
         tile_pixel(task->tile, k, &x, &y);
-        size_t pixel = (size_t)y * it->record->view.region_w + x;
-        double rays = note_pixel(it, pixel, &task->to, in++, refinement);
+        double rays = (double)task->to.rays[in] *
+                      (level_samples(view, refinement.to) - level_samples(view, refinement.from));
+        copy_pixel(&it->all, (size_t)y * view->region_w + x, &task->to, in++);
         sums[(y + 1) * row_length(it->record) + x + 1] = rays;
         all += rays;
     }
@@ -199,11 +198,6 @@ void record_copy(const struct record *record, const struct tile *tile,
         uint32_t x, y;
         if (refinements[k].to == refinements[k].from) continue;
         tile_pixel(tile, k, &x, &y);
-        size_t pixel = (size_t)y * record->view.region_w + x;
-        memcpy(to->mean + 3 * in, from.mean + 3 * pixel, 3 * sizeof(float));
-        memcpy(to->difference + 3 * in, from.difference + 3 * pixel, 3 * sizeof(float));
-        to->spread[in] = from.spread[pixel];
-        to->rays[in] = from.rays[pixel];
-        in++;
+        copy_pixel(to, in++, &from, (size_t)y * record->view.region_w + x);
     }
 }

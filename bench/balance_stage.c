@@ -6,13 +6,12 @@
 #include "master/load.h"
 #include "worker/bvh.h"
 
-/* Sets scene, view and target. */
+/* Sets scene and view. */
 static void load(struct stage *stage, const char *config, char *overrides[], size_t count)
 {
     struct job job;
     if (!load_job(config, overrides, count, REACH_FOLDER, &job)) fatal("cannot load %s", config);
     stage->view = settings_view(&job.settings);
-    stage->target = job.settings.sampling.target_error;
     stage->scene = builder_finish(job.builder, &stage->view);
     job_free(&job);
 }

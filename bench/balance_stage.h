@@ -13,7 +13,6 @@ struct stage {
     void *bvh;
     struct renderer *renderer;
     struct view view;
-    double target; /* sampling.target_error */
 };
 
 /* Loads config at this size, with these further settings: `count` texts such as "sampling.samples=4". Ends the program
