@@ -18,7 +18,7 @@ static const struct adaptive_case {
 #define CASES (sizeof cases / sizeof *cases)
 
 static const unsigned processors[] = {1, 2, 4, 8, 16, 32, 44};
-enum { COUNTS = sizeof processors / sizeof *processors, REAL_RUNS = 5 };
+enum { COUNTS = sizeof processors / sizeof *processors, REAL_PAIRS = 5 };
 
 /* Simulates the run on so many processors of one machine. */
 static void simulate_run(const struct bench_scene *scene, const struct record *record,
@@ -50,28 +50,29 @@ static void put_row(FILE *out, const struct bench_scene *scene, const struct ada
     fputc('\n', out);
 }
 
-/* The median render time of real runs. */
-static double real_seconds(const struct bench_scene *scene, double target, unsigned ranks)
+static double real_seconds(const struct bench_scene *scene, unsigned ranks, const char *options)
 {
-    double seconds[REAL_RUNS];
-    char *options = format_text("image.width=%u image.height=%u sampling.target_error=%.17g",
-                                PAPER_WIDTH, PAPER_HEIGHT, target);
-    for (unsigned i = 0; i < REAL_RUNS; i++) {
-        struct farm_run run;
-        farm_run(&run, ranks, scene->config, KEPT_FOLDER "/adaptive.pfm", options);
-        seconds[i] = run.render_s;
-        farm_run_free(&run);
-    }
-    free(options);
-    return median_of(seconds, REAL_RUNS);
+    struct farm_run run;
+    farm_run(&run, ranks, scene->config, KEPT_FOLDER "/adaptive.pfm", options);
+    double seconds = run.render_s;
+    farm_run_free(&run);
+    return seconds;
 }
 
+/* Pairs of -n 1 and -n 2, in turn, as the machine's speed changes. */
 static void put_real(FILE *out, const struct bench_scene *scene, double target)
 {
-    fprintf(out, "| %s, %g |", scene->name, target);
-    double one = real_seconds(scene, target, 1), two = real_seconds(scene, target, 2);
-    fprintf(out, " %.3f | %.3f | %.2f | %.2f |\n", one,
-            value_get("%s.adaptive.%g.render.1", scene->name, target), one / two,
+    double one[REAL_PAIRS], ratio[REAL_PAIRS];
+    char *options = format_text("image.width=%u image.height=%u sampling.target_error=%.17g",
+                                PAPER_WIDTH, PAPER_HEIGHT, target);
+    for (unsigned i = 0; i < REAL_PAIRS; i++) {
+        one[i] = real_seconds(scene, 1, options);
+        ratio[i] = one[i] / real_seconds(scene, 2, options);
+    }
+    free(options);
+    fprintf(out, "| %s, %g | %.3f | %.3f | %.2f | %.2f |\n", scene->name, target,
+            median_of(one, REAL_PAIRS), value_get("%s.adaptive.%g.render.1", scene->name, target),
+            median_of(ratio, REAL_PAIRS),
             value_get("%s.adaptive.%g.speedup.2", scene->name, target));
 }
 
@@ -98,11 +99,11 @@ void section_adaptive(FILE *out)
         put_row(out, scene, &cases[i], &record);
         record_free(&record);
     }
-    fprintf(
-        out,
-        "\nReal runs, medians of %d, beside simulated ones:\n\n| scene, target error | -n 1, s | "
-        "simulated | -n 1 / -n 2 | simulated |\n|---|---|---|---|---|\n",
-        REAL_RUNS);
+    fprintf(out,
+            "\nReal runs, medians of %d pairs, beside simulated ones:\n\n| scene, target error | "
+            "-n 1, s | "
+            "simulated | -n 1 / -n 2 | simulated |\n|---|---|---|---|---|\n",
+            REAL_PAIRS);
     for (size_t i = 0; i < CASES; i++)
         put_real(out, &bench_scenes[cases[i].scene], cases[i].target);
 }
