@@ -232,7 +232,7 @@ int run_conclude(struct run *run, const struct service *service)
     bool kept = keep_what_is_missing(run, written, service->timed_out);
     int failed = kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;
     if (!written.picture) return failed;
-    report_table(stdout, &run->report, terminal_columns(stderr));
+    report_table(stdout, &run->report, terminal_columns(stdout));
     tell_outputs(run, written);
     int told = close_output(), samples = tell_bad_samples(run);
     note_emptiness(run);

@@ -42,13 +42,14 @@ static long find_launcher(void)
     return top;
 }
 
-static int launcher_terminal(void)
+/* The terminal that a descriptor of the launcher leads to; -1: there is none. */
+static int launcher_terminal(int number)
 {
     struct stat file;
     char path[64];
     long launcher = find_launcher();
     if (!launcher) return -1;
-    snprintf(path, sizeof path, "/proc/%ld/fd/2", launcher);
+    snprintf(path, sizeof path, "/proc/%ld/fd/%d", launcher, number);
     if (stat(path, &file) || !S_ISCHR(file.st_mode)) return -1;
     int descriptor = open(path, O_WRONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor >= 0 && !isatty(descriptor)) {
@@ -67,7 +68,7 @@ int terminal_open(FILE *out)
     /* Only a pipe can end at the launcher: "mpiexec sh -c 'farm ... 2>file'" does not. */
     if (!S_ISFIFO(file.st_mode) && !S_ISSOCK(file.st_mode)) return -1;
     if (!getenv("PMI_RANK") && !getenv("PMI_FD")) return -1;
-    return launcher_terminal();
+    return launcher_terminal(descriptor == STDOUT_FILENO ? STDOUT_FILENO : STDERR_FILENO);
 }
 
 int terminal_width(int descriptor)

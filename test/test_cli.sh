@@ -48,6 +48,13 @@ narrow_help() { # on a terminal, what keys mean stays in its column; where colum
     [ "$(tr -s ' \n' ' ' <wrapped)" = "$(tr -s ' \n' ' ' <whole)" ] && [ "$(wc -l <wrapped)" -gt "$(wc -l <whole)" ]
 }
 check "--help on a narrow terminal" narrow_help
+# The width of a terminal is that of what goes there, not of a table that mpiexec writes to a file.
+narrow_table() {
+    on_narrow() { script -qec "stty cols 50; '$MPIEXEC' -n 2 '$FARM' '$CONFIG/hello.ini' $1" /dev/null | tr -d '\r'; }
+    on_narrow 'output.image=h.png 2>notes' >wrapped && on_narrow 'output.image=h.png >whole' || return 1
+    awk 'length > 50 { exit 1 }' wrapped && awk 'length > 50 { wide = 1 } END { exit !wide }' whole
+}
+check "the table on a narrow terminal, and in a file" narrow_table
 
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2
