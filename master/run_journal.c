@@ -19,23 +19,25 @@ double per_cent(const struct run *run, uint64_t pixels)
 static void tell_resumed(const struct run *run, uint64_t found)
 {
     const struct resumed *resumed = &run->report.resumed;
-    char again[160] = "";
+    char again[128] = "";
     /* Under a static schedule, tiles are rendered as a whole. */
     if (resumed->pixels < found)
-        snprintf(again, sizeof again, ", but %.1f %% of the pixels, %.1f s, are rendered again%s",
-                 per_cent(run, found - resumed->pixels), resumed->repeated_s,
+        snprintf(again, sizeof again, ", but %.1f %% of the pixels are rendered again%s",
+                 per_cent(run, found - resumed->pixels),
                  schedule_is_static(run->job.settings.farm.schedule)
                      ? " (farm.schedule=dynamic keeps them)"
                      : "");
     char where[80] = "";
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
-    if (passes) snprintf(where, sizeof where, " in pass %u", passes);
+    if (passes)
+        snprintf(where, sizeof where, " %s pass %u",
+                 adaptive_is_complete(run->adaptive) ? "after" : "in", passes);
     /* In later passes all pixels have samples, and some get more. */
     char share[40] = "";
     if (passes < 2) snprintf(share, sizeof share, "%.1f %% of the pixels", per_cent(run, found));
-    user_note("going on with %s%s: %s%s%s%.1f s of all renderers' time saved",
+    user_note("going on with %s%s: %s%s%s%.1f s of CPU time saved",
               run->job.settings.output.journal, where, share, again, passes < 2 ? ", " : "",
-              resumed->seconds);
+              resumed->cpu_s);
 }
 
 /* The number of pixels that have samples. */

@@ -15,14 +15,14 @@ goes_on() { # KEPT PROCESSES ARGUMENT...
     kept=$1 n=$2; shift 2
     resume_from "$kept"
     run 0 farm_n "$n" "$SCENE" $SIZE output.image=a.pfm "$@" && cat "$T/err" &&
-        grep -q 'going on with a.journal in pass [1-9]' "$T/err" && finished &&
+        grep -q 'going on with a.journal \(in\|after\) pass [1-9]' "$T/err" && finished &&
         grep -A 1 '"resumed"' a.json | grep -q '"tiles": [1-9]' &&
         [ "$(passes_of a.json)" = "$(passes_of whole.json)" ]
 }
 check "first: with smaller tiles" goes_on first 2 farm.tile=5
 check "later: the same command goes on" goes_on later 0
 check "later: on three processes, with larger tiles" goes_on later 3 farm.tile=48
-check "in a later pass" sh -c 'grep -q "in pass [2-9]" "$1"' - err
+check "in a later pass" sh -c 'grep -q "\(in\|after\) pass [2-9]" "$1"' - err
 
 # With this number of processes the first row is due when rendering begins, in the middle of a pass.
 rows_rise() {
@@ -51,7 +51,7 @@ first_flipped() {
         [ "$(passes_of a.json)" = "$(passes_of whole.json)" ]
 }
 check "damage in the middle" first_flipped
-later_flipped() { flipped 2200000 2 later && grep -q 'in pass [2-9]:' "$T/err"; }
+later_flipped() { flipped 2200000 2 later && grep -q '\(in\|after\) pass [2-9]:' "$T/err"; }
 check "damage in a later pass" later_flipped
 check "damage that was there before" damaged_once 600000 later
 other() { # plans follow from the target: another one is another picture
@@ -61,6 +61,7 @@ other() { # plans follow from the target: another one is another picture
 }
 check "another target" other
 check "nothing left to render" all_saved later
+check "after the last pass, as is told" grep -q "after pass $(passes_of whole.json)" err
 # A disk that takes the first pass but not all of them: the journal goes elsewhere as a whole, which leaves room for the
 # picture where it was.
 cat >fills <<'END'
@@ -87,7 +88,7 @@ timed() {
     SIZE="image.width=240 image.height=240"
     broken_off 9 2300000 0 sampling.time_limit=60 &&
         run 0 farm_n 2 "$SCENE" $SIZE sampling.time_limit=4 output.image=a.pfm && cat "$T/err" &&
-        grep -q 'going on with a.journal in pass [2-9]' "$T/err" && ! grep 'cannot be used' "$T/err"
+        grep -q 'going on with a.journal \(in\|after\) pass [2-9]' "$T/err" && ! grep 'cannot be used' "$T/err"
 }
 check "killed in a later pass under a time limit" timed
 
@@ -106,7 +107,7 @@ goes_on_among() { # the picture is what it is to be
     rmse=$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' a.json)
     echo "limit $limit RMSE $rmse, $(resumed pixels) pixels"
     awk "BEGIN { exit !($rmse < 0.025) }" && [ "$(resumed pixels)" -gt 100 ] &&
-        grep -q 'going on with a.journal in pass [2-9]' "$T/err"
+        grep -q 'going on with a.journal \(in\|after\) pass [2-9]' "$T/err"
 }
 among_lattices() { resume_from cut && goes_on_among && ! grep -q 'cannot be used' "$T/err"; }
 check "goes on among lattices" among_lattices
