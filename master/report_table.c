@@ -133,20 +133,27 @@ static struct figure rough_seconds(double seconds)
     return figure;
 }
 
-/* An error with two significant digits and without an exponent: 0.00005, not 5e-05. */
-static struct figure error_figure(double error)
+/* An error without an exponent: 0.00005, not 5e-05. */
+static struct figure error_digits(double error, int digits)
 {
     struct figure figure;
-    int decimals = error > 0 && error < 1 ? 1 - (int)floor(log10(error)) : 0;
+    int decimals = error > 0 && error < 1 ? digits - 1 - (int)floor(log10(error)) : 0;
     if (error >= 1 || decimals > 8) decimals = 0;
-    snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g", decimals ? decimals : 2,
-             error);
+    snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g",
+             decimals ? decimals : digits, error);
     size_t end = strlen(figure.text);
     if (decimals == 0) return figure;
     while (end > 1 && figure.text[end - 1] == '0')
         figure.text[--end] = '\0';
     if (figure.text[end - 1] == '.') figure.text[end - 1] = '\0';
     return figure;
+}
+
+#define ERROR_DIGITS 2
+
+static struct figure error_figure(double error)
+{
+    return error_digits(error, ERROR_DIGITS);
 }
 
 /* An upper bound of an error in the same format, rounded up so that the figure is a bound, too. */
@@ -233,6 +240,16 @@ static void put_share(struct table *table, double share)
     flow_on(table, "that have samples,");
 }
 
+/* One digit more where the interval would read like a single figure, as in large pictures. */
+static void put_estimate(struct table *table, const struct error_estimate *estimate)
+{
+    bool same = strcmp(error_figure(estimate->low).text, error_figure(estimate->high).text) == 0;
+    int digits = same ? ERROR_DIGITS + 1 : ERROR_DIGITS;
+    flow(table, "sampling error: RMSE %s", error_digits(estimate->rmse, digits).text);
+    flow_on(table, "(%s to %s)", error_digits(estimate->low, digits).text,
+            error_digits(estimate->high, digits).text);
+}
+
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
@@ -243,9 +260,7 @@ static void put_error(struct table *table, const struct report *report)
     const struct error_row *last = &report->errors->rows[report->errors->count - 1];
     double before = report->resumed.render_s, elapsed = last->elapsed_s + before;
     if (!(last->estimate.rmse > 0) && isnan(last->true_rmse)) return;
-    flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
-    flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
-            error_figure(last->estimate.high).text);
+    put_estimate(table, &last->estimate);
     put_share(table, last->sampled_share);
     flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
     if (before > 0) {

@@ -130,6 +130,20 @@ static void test_table_error(void **state)
     assert_table_has(&report, " after 0.037 s\n");
 }
 
+/* An interval does not read like a single figure. */
+static void test_table_narrow_interval(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    row.estimate = (struct error_estimate){0.001121, 0.001109, 0.001134};
+    assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
+    row.estimate.high = 0.00116;
+    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.0011 to 0.0012) after");
+}
+
 /* Seconds of an earlier run count like those of this one. */
 static void test_table_error_of_two_runs(void **state)
 {
@@ -222,6 +236,7 @@ int main(void)
         cmocka_unit_test(test_table_no_forecast),
         cmocka_unit_test(test_table_steep_forecast),
         cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_table_narrow_interval),
         cmocka_unit_test(test_table_error_of_two_runs),
         cmocka_unit_test(test_table_error_of_a_part),
         cmocka_unit_test(test_table_truth),
