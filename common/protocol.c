@@ -164,7 +164,8 @@ bool ready_message_valid(const struct ready *ready, size_t bytes, int rank)
 
 bool start_message_valid(const struct start *start, size_t bytes)
 {
-    return bytes == sizeof *start && seconds_valid(start->elapsed_s);
+    return bytes == sizeof *start && seconds_valid(start->elapsed_s) &&
+           seconds_valid(start->patience);
 }
 
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank)

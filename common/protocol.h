@@ -112,6 +112,7 @@ struct ready {
 
 struct start {
     double elapsed_s; /* since the start of the render phase */
+    double patience;  /* seconds for which any process may give no sign of life */
 };
 
 /* Kinds of ray that are counted separately. */
@@ -214,7 +215,7 @@ _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire 
 _Static_assert(sizeof(struct lot_header) == 16, "struct lot_header goes over the wire as it is");
 _Static_assert(sizeof(struct drop) == 8, "struct drop goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
-_Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
+_Static_assert(sizeof(struct start) == 16, "struct start goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 232,
                "struct result_header goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 336,

@@ -134,7 +134,8 @@ void hand_out(struct server *server, uint32_t renderer)
 
 void hand_out_start(struct server *server, uint32_t renderer)
 {
-    struct start start = {.elapsed_s = server_elapsed(server)};
+    struct start start = {.elapsed_s = server_elapsed(server),
+                          .patience = server->service->patience};
     send(server, renderer, TAG_MASTER_TO_RENDERER_START, &start, sizeof start);
     hand_out(server, renderer);
 }

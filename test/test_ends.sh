@@ -205,6 +205,27 @@ other_launcher() { # srun, as far as a rank sees it: the command cannot tell all
 n=2
 check "stopped under another launcher" other_launcher
 
+# Whether none of the processes is left; those that are left are killed.
+ended() {
+    i=0
+    while kill -0 "$@" 2>/dev/null && [ $i -lt 150 ]; do sleep 0.1; i=$((i + 1)); done
+    ! kill -9 "$@" 2>/dev/null
+}
+alone() { # neither rank 0 nor what would end the job in its place is left
+    "$MPIEXEC" -n 2 "$FARM" "$SCENE" $SLOW farm.patience=1 output.image=alone.png >o 2>e &
+    pid=$!
+    until [ -s alone.journal ]; do sleep 0.1; kill -0 $pid || { cat e; return 1; }; done
+    proxy=$(pgrep -P $pid) && ranks=$(pgrep -P "$proxy") || return 1
+    for rank in $ranks; do tr '\0' '\n' <"/proc/$rank/environ" | grep -qx 'PMI_RANK=[^0].*' && other=$rank; done
+    kill -9 "$proxy" $(echo "$ranks" | grep -vx "$other")
+    ended "$other"
+    left=$?
+    wait $pid
+    return $left
+}
+check "a rank that is left alone ends" alone
+rm -f alone.*
+
 unwritable() { # found out before rendering: at once, although the picture would take minutes
     run 2 "$FARM" "$SCENE" $SLOW output.image=/proc/none/a.png && echo "$err" | grep -q output.image
 }

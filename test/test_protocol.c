@@ -375,6 +375,8 @@ static void test_ready_and_start(void **state)
     assert_false(start_message_valid(&start, sizeof start));
     start.elapsed_s = (double)NAN;
     assert_false(start_message_valid(&start, sizeof start));
+    start = (struct start){.patience = -1};
+    assert_false(start_message_valid(&start, sizeof start));
 }
 
 /* A field that only the master sets must be 0 in messages. */

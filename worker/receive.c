@@ -18,6 +18,7 @@ static void take_start(struct worker *worker, size_t bytes)
     if (!start_message_valid(start, bytes) || worker->started)
         fatal("the master sent a start that makes no sense");
     worker->start = clock_wall() - start->elapsed_s;
+    worker->patience = start->patience;
     worker->started = true;
 }
 

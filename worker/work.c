@@ -197,6 +197,7 @@ static void start_worker(struct worker *worker, struct renderer *renderer,
                               .early_send = MPI_REQUEST_NULL};
     for (int i = 0; i < SENDS; i++)
         worker->sends[i] = MPI_REQUEST_NULL;
+    worker->parent = getppid();
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
@@ -240,9 +241,23 @@ static void end_worker(struct worker *worker)
  */
 #define SLEEP_LONGEST 1.0
 
+/*
+ * Ends this rank if it waits for a rank 0 that is gone. As a rule the launcher ends a job that has lost a rank; but the
+ * launcher may be killed with it. A rank 0 that lives asks a renderer from which nothing comes for a sign of life every
+ * second or so, so that this one would have heard of it.
+ */
+static void leave_if_orphaned(const struct worker *worker)
+{
+    if (!worker->started || getppid() == worker->parent) return;
+    double silence = clock_wall() - worker->heard_at;
+    if (silence > worker->patience)
+        fatal("rank 0 has been silent for %.0f s, and what had started this rank is gone", silence);
+}
+
 /* Waits until there may be something to receive. */
 static void wait_for_message(struct worker *worker, struct nap *nap)
 {
+    leave_if_orphaned(worker);
     if (nap_spins(nap)) return;
     if (!worker->tray) {
         nap_take(nap);
@@ -263,6 +278,7 @@ void work(struct renderer *renderer, const struct node_scene *shared)
     renderer_on_wave(renderer, poll_whether_to_give_up, &worker);
     while (!worker.stopped) {
         bool received = receive_next(&worker);
+        if (received) worker.heard_at = clock_wall();
         if (worker.waiting > 0) {
             render_next(&worker);
             if (worker.waiting == 0) bell_ring(worker.bell);

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "common/cpu_time.h"
 #include "common/protocol.h"
@@ -61,6 +62,9 @@ struct worker {
     /* MPI may need calls to make progress with what this renderer has sent, or with something unknown. */
     bool unsettled;
     bool started;       /* START was received */
+    double patience;    /* as it says */
+    double heard_at;    /* when something was last received, on clock_wall() */
+    pid_t parent;       /* the process that has started this rank */
     struct lot current; /* the lot in work */
     uint32_t rendering; /* index of the tile in work */
     bool given_up;      /* the tile in work is to be abandoned: another renderer has finished it */

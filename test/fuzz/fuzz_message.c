@@ -127,10 +127,10 @@ static void check_ready(const uint8_t *data, size_t size)
 
 static void check_start(const uint8_t *data, size_t size)
 {
-    struct start good = {.elapsed_s = 0.5};
+    struct start good = {.elapsed_s = 0.5, .patience = 60};
     size_t bytes = sizeof good;
     struct start *start = damaged(data, size, &good, &bytes);
-    if (start_message_valid(start, bytes)) PROMISE(start->elapsed_s >= 0);
+    if (start_message_valid(start, bytes)) PROMISE(start->elapsed_s >= 0 && start->patience >= 0);
     free(start);
 }
 
