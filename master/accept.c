@@ -47,11 +47,11 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
         canvas_put(service->canvas, tile, rgb);
         save_tile(service->save, tile, header);
     }
-    render_counts_add(&service->counts, &header->counts);
+    render_counts_add(&server->served->counts, &header->counts);
     watch_add(service->watch, header->pixels, header);
-    if (!service->timed_out) server->finished_at = clock_wall();
+    if (!server->served->timed_out) server->finished_at = clock_wall();
     /* A plan from which no tile comes lies after the render phase, which ends with the last tile. */
-    service->plan_s += server->planned_s;
+    server->served->plan_s += server->planned_s;
     server->planned_s = 0;
 }
 
@@ -136,5 +136,5 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
     if (!queue_probed(service->queue, tile, seconds))
         fatal("rank %u sent probes whose times make no sense", rank_of(server, renderer));
     queue_finish(service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
-    service->probe_s += header->busy_s;
+    server->served->probe_s += header->busy_s;
 }

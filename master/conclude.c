@@ -33,7 +33,7 @@ void name_silent(const struct run *run)
     }
 }
 
-static void fill_report(struct run *run, const struct service *service)
+static void fill_report(struct run *run, const struct served *served)
 {
     struct report *report = &run->report;
     const struct settings *settings = &run->job.settings;
@@ -49,24 +49,23 @@ static void fill_report(struct run *run, const struct service *service)
     report->tiles = count.tiles;
     report->repeated_tiles = count.repeated;
     report->wasted_s = count.wasted_s;
-    report->time.render = service->render_s;
-    report->renderers = service->stats;
-    report->picture = service->counts;
+    report->time.render = served->render_s;
+    report->renderers = run->stats;
+    report->picture = served->counts;
     report->renderer_count = (int)run->renderers;
-    report->master_cpu_s = service->master_cpu_s + thread_pool_cpu_s(run->pool);
-    report->master_messages = service->messages;
-    report->service_s = service->answers ? service->service_cpu_s / (double)service->answers : 0;
-    report->answer_wait_s =
-        service->messages ? service->answer_wait_s / (double)service->messages : 0;
-    report->answer_wait_most_s = service->answer_wait_most_s;
-    report->time.probe = service->probe_s / run->renderers;
+    report->master_cpu_s = served->master_cpu_s + thread_pool_cpu_s(run->pool);
+    report->master_messages = served->messages;
+    report->service_s = served->answers ? served->service_cpu_s / (double)served->answers : 0;
+    report->answer_wait_s = served->messages ? served->answer_wait_s / (double)served->messages : 0;
+    report->answer_wait_most_s = served->answer_wait_most_s;
+    report->time.probe = served->probe_s / run->renderers;
 }
 
-static void fill_sampling(struct run *run, const struct service *service)
+static void fill_sampling(struct run *run, const struct served *served)
 {
     struct report *report = &run->report;
     report->ended = ENDED_BY_SAMPLES;
-    report->guessed_rmse = service->guessed_rmse;
+    report->guessed_rmse = served->guessed_rmse;
     report->has_reference = run->reference.rgb != NULL;
     if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
     if (!run->adaptive) return;
@@ -75,11 +74,11 @@ static void fill_sampling(struct run *run, const struct service *service)
     report->unsampled = canvas_pixels(&run->canvas) - pixels;
     report->passes = adaptive_passes(run->adaptive);
     report->missing_share = adaptive_missing(run->adaptive);
-    report->plan_s = service->plan_s;
+    report->plan_s = served->plan_s;
     report->target = adaptive_target(run->adaptive);
     /* A time limit may leave no time for the plan that finds the target met. */
     report->ended = adaptive_is_met(run->adaptive) ? ENDED_BY_TARGET
-                    : service->timed_out           ? ENDED_BY_TIME
+                    : served->timed_out            ? ENDED_BY_TIME
                     : errors.sum.squares > 0       ? ENDED_BY_MAX_SAMPLES
                                                    : ENDED_WITHOUT_ERROR;
 }
@@ -159,7 +158,7 @@ static const char *advice(const struct report *report)
 
 /* Warns of pixels that a time limit has left without any sample; false: all of them, so that there is no
  * picture. */
-static bool tell_unsampled(const struct run *run, const struct service *service)
+static bool tell_unsampled(const struct run *run, const struct served *served)
 {
     double limit = run->job.settings.sampling.time_limit;
     uint64_t pixels = canvas_pixels(&run->canvas);
@@ -170,7 +169,7 @@ static bool tell_unsampled(const struct run *run, const struct service *service)
                    "sampling.time_limit = %g s was over before any sample was taken, expected "
                    "a longer one: rendering began after %.3g s (%s), %.3g s were kept for writing "
                    "and for telling the error",
-                   limit, service->began_at - run->start, parts, service->reserved_s);
+                   limit, served->began_at - run->start, parts, served->reserved_s);
         free(parts);
         return false;
     }
@@ -219,17 +218,17 @@ static void tell_outputs(const struct run *run, struct written written)
             report_path(stdout, outputs[i].what, outputs[i].path);
 }
 
-int run_conclude(struct run *run, const struct service *service)
+int run_conclude(struct run *run, const struct served *served)
 {
-    fill_report(run, service);
-    fill_sampling(run, service);
-    if (!tell_unsampled(run, service)) {
+    fill_report(run, served);
+    fill_sampling(run, served);
+    if (!tell_unsampled(run, served)) {
         save_drop(run->save);
         run->save = NULL;
         return STATUS_FAILED;
     }
     struct written written = write_outputs(run);
-    bool kept = keep_what_is_missing(run, written, service->timed_out);
+    bool kept = keep_what_is_missing(run, written, served->timed_out);
     int failed = kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;
     if (!written.picture) return failed;
     report_table(stdout, &run->report, terminal_columns(stdout));

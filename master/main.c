@@ -157,21 +157,21 @@ static void destroy_pool(struct run *run)
 }
 
 /* Ends a run whose picture is complete or whose time is over. Returns the exit status. */
-static int end_complete(struct run *run, const struct service *service,
+static int end_complete(struct run *run, const struct served *served,
                         const struct node_scene *shared)
 {
     /* For the whole picture, as if a single run had rendered it. */
-    double render_s = service->render_s + run->report.resumed.render_s;
+    double render_s = served->render_s + run->report.resumed.render_s;
     /* Not the present time, as the master may have waited for silent renderers since. */
-    double ended = service->began_at + service->render_s;
+    double ended = served->began_at + served->render_s;
     bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
-    forecast_set_scatter(&run->report.forecast, service->last_plan_s);
+    forecast_set_scatter(&run->report.forecast, served->last_plan_s);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
     if (!run->pool) create_pool(run, image_threads(&run->canvas));
-    int status = run_conclude(run, service);
+    int status = run_conclude(run, served);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
@@ -190,12 +190,13 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     renderer_on_wave(renderer, gives_up, &service);
     stop_defer();
     if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
-    bool complete = serve(&service);
+    struct served served;
+    bool complete = serve(&service, &served);
     progress_end(&progress);
     watch_leave_file(&run->watch);
-    run->silent = service.silent;
+    run->silent = served.silent;
     name_silent(run);
-    return complete ? end_complete(run, &service, shared) : end_early(run, service.deserted);
+    return complete ? end_complete(run, &served, shared) : end_early(run, served.deserted);
 }
 
 struct preparation {

@@ -40,7 +40,7 @@ void guess_times(struct server *server)
     double pixels = (double)canvas_pixels(service->canvas);
     if (!(service->limit > 0) || !service->adaptive) return;
     server->fill_s = FILL_PIXEL_S * pixels;
-    service->last_plan_s = PLAN_PIXEL_S * pixels;
+    server->served->last_plan_s = PLAN_PIXEL_S * pixels;
 }
 
 void estimate_writing(struct server *server, bool rendered)
@@ -52,13 +52,13 @@ void estimate_writing(struct server *server, bool rendered)
         if (service->images[i] && *service->images[i])
             seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0,
                                      i == 0 ? thread_pool_size(service->pool) : 1);
-    service->writing_s = seconds;
+    server->writing_s = seconds;
 }
 
 double rendering_ends(const struct server *server)
 {
     const struct service *service = server->service;
-    double end = service->writing_s + service->last_plan_s + server->fill_s;
+    double end = server->writing_s + server->served->last_plan_s + server->fill_s;
     return service->deadline - fmin(end, KEPT_MOST * service->limit);
 }
 
@@ -66,7 +66,7 @@ double rendering_ends(const struct server *server)
  * last one. 0 or less: a plan would come too late. */
 static double seconds_left(const struct server *server)
 {
-    return rendering_ends(server) - clock_wall() - server->service->last_plan_s;
+    return rendering_ends(server) - clock_wall() - server->served->last_plan_s;
 }
 
 /* CPU seconds of rendering that this run has put into the picture. */
@@ -194,7 +194,7 @@ static void plan_next_pass(struct server *server)
     if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
     begin_pass(server);
     double end = clock_wall();
-    server->service->last_plan_s = end - looked;
+    server->served->last_plan_s = end - looked;
     server->planned_s += end - begin;
     if (server->service->timeline && !server->last_pass) {
         struct timeline_plan plan = {.start_s = begin - server->start,

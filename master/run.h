@@ -85,7 +85,7 @@ void name_silent(const struct run *run);
 
 /* Ends a run whose picture is complete or whose time is over: writes all that was asked for. Returns the exit
  * status. */
-int run_conclude(struct run *run, const struct service *service);
+int run_conclude(struct run *run, const struct served *served);
 
 /* Ends a run that was stopped by a signal, or that has no renderer left (deserted): writes what there is.
  * Returns the exit status. */

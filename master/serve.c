@@ -50,14 +50,14 @@ static void show_progress(struct server *server, double now)
         .tiles = count.tiles,
         .tiles_before = server->tiles_before,
         .pass = adaptive ? adaptive_passes(adaptive) : 0,
-        .rays = render_counts_rays(&server->service->counts),
+        .rays = render_counts_rays(&server->served->counts),
         .ends = rendering_ends(server),
         .limit = rendering_limit(server),
         .only_limit = server->service->only_limit,
     };
     /* So late, a preview would delay what is written at the end, which contains the last row of errors in any
      * case. */
-    if (!server->service->ending && now + server->service->writing_s < rendering_ends(server)) {
+    if (!server->service->ending && now + server->writing_s < rendering_ends(server)) {
         struct snapshot *snapshot = &server->service->watch->snapshot;
         bool due = snapshot_is_due(snapshot, now);
         double begin = clock_wall();
@@ -107,7 +107,7 @@ static void end_all(struct server *server, bool timed_out, double now)
     pthread_mutex_lock(&server->lock);
     /* The render phase lasts until now, whether what is rendered until now comes in or not. */
     if (timed_out) server->finished_at = now;
-    server->service->timed_out = timed_out;
+    server->served->timed_out = timed_out;
     server->service->ending = true;
     server->ended_at = server->awake_s;
     queue_stop(server->service->queue);
@@ -121,17 +121,16 @@ static void count_silent(struct server *server)
     for (uint32_t i = server->first_remote; i < server->renderers; i++) {
         if (server->contacts[i].is_gone) continue;
         server->service->stats[i].silent = 1;
-        server->service->silent++;
+        server->served->silent++;
     }
 }
 
 static void end_when_over(struct server *server, double now)
 {
-    struct service *service = server->service;
     bool over = is_over(server), late = now >= rendering_ends(server),
          deserted = is_deserted(server);
     if (!over && !late && !deserted) return;
-    service->deserted = !over && !late;
+    server->served->deserted = !over && !late;
     end_all(server, !over && late, now);
 }
 
@@ -179,7 +178,7 @@ static void serve_until_done(struct server *server)
  * phase after rendering and sending is waiting. */
 static void fill_waits(struct server *server)
 {
-    double render_s = server->service->render_s;
+    double render_s = server->served->render_s;
     for (uint32_t i = 0; i < server->renderers; i++) {
         struct renderer_stats *stats = &server->service->stats[i];
         double behind = fmax(0, stats->finish_s - render_s);
@@ -247,9 +246,10 @@ static size_t largest_message(const struct service *service)
     return bytes > sizeof(struct renderer_stats) ? bytes : sizeof(struct renderer_stats);
 }
 
-static void start_server(struct server *server, struct service *service)
+static void start_server(struct server *server, struct service *service, struct served *served)
 {
-    *server = (struct server){.service = service, .own_done = !service->own};
+    *served = (struct served){0};
+    *server = (struct server){.service = service, .served = served, .own_done = !service->own};
     server->first_rank = service->own ? 0 : 1;
     server->first_remote = server->first_there = service->own ? 1 : 0;
     server->renderers = (uint32_t)post_ranks() - server->first_rank;
@@ -270,10 +270,10 @@ static void start_server(struct server *server, struct service *service)
     server->start = server->finished_at = server->polled_at = server->woken_at = clock_wall();
 }
 
-bool serve(struct service *service)
+bool serve(struct service *service, struct served *served)
 {
     struct server server;
-    start_server(&server, service);
+    start_server(&server, service, served);
     double cpu = clock_thread_cpu();
     pthread_t thread;
     if (service->own) {
@@ -283,16 +283,16 @@ bool serve(struct service *service)
     }
     serve_until_done(&server);
     if (service->own) pthread_join(thread, NULL);
-    post_close(server.post, service->silent == 0);
-    service->began_at = server.start;
-    service->reserved_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
-    service->render_s = server.finished_at - server.start;
-    service->master_cpu_s = clock_thread_cpu() - cpu;
+    post_close(server.post, served->silent == 0);
+    served->began_at = server.start;
+    served->reserved_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
+    served->render_s = server.finished_at - server.start;
+    served->master_cpu_s = clock_thread_cpu() - cpu;
     fill_waits(&server);
     fill_picture(&server);
-    service->guessed_rmse = guessed_rmse(&server);
+    served->guessed_rmse = guessed_rmse(&server);
     put_last_pieces(&server); /* replaces what was guessed there */
     end_server(&server);
     /* Between passes the queue is complete, but not the picture. */
-    return service->timed_out || (server.last_pass && queue_complete(service->queue));
+    return served->timed_out || (server.last_pass && queue_complete(service->queue));
 }

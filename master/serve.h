@@ -59,10 +59,13 @@ struct service {
     /* The tile that `own` is rendering is of no use any more: it gives up this tile, but not the run. */
     atomic_bool given_up;
 
-    /* Results; the caller sets them to 0 or false. */
-    struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
-    struct render_counts counts;  /* of the tiles of the picture, each counted once */
-    double writing_s;             /* expected seconds for writing the images */
+    struct renderer_stats
+        *stats; /* filled in; one per renderer, in rank order; the caller's array */
+};
+
+/* What has come of serving. All is wall time but where CPU time is named. */
+struct served {
+    struct render_counts counts; /* of the tiles of the picture, each counted once */
     /* Seconds of the limit that were reserved for its end: for writing, and for estimating the error. */
     double reserved_s;
     double guessed_rmse; /* estimate for pixels without samples; NaN: none, or unknown */
@@ -70,7 +73,7 @@ struct service {
     bool deserted;       /* no renderer was left */
     /* When rendering began, the pre-pass included: a time of common/clock.h. */
     double began_at;
-    double render_s;     /* wall seconds until the last tile was in the picture */
+    double render_s;     /* seconds until the last tile was in the picture */
     double master_cpu_s; /* CPU seconds of this thread: serving and planning passes */
     uint64_t messages;   /* received */
     uint64_t answers;    /* number of answers whose time is in service_cpu_s */
@@ -79,11 +82,11 @@ struct service {
     /* Sum over answers of the time until they were noticed: upper bound. */
     double answer_wait_s;
     double answer_wait_most_s; /* the same: the longest of one answer */
-    /* Wall seconds of planning passes, of those passes of which some result has come in. */
+    /* Seconds of planning passes, of those passes of which some result has come in. */
     double plan_s;
-    /* Wall seconds of the last plan, even if it found nothing more to do; before the first one, a guess. */
+    /* Seconds of the last plan, even if it found nothing more to do; before the first one, a guess. */
     double last_plan_s;
-    double probe_s; /* wall seconds of the pre-pass, summed over renderers */
+    double probe_s; /* seconds of the pre-pass, summed over renderers */
     /* Number of renderers that stopped answering: MPI_Finalize would wait for them for ever. */
     uint32_t silent;
 };
@@ -92,9 +95,9 @@ struct service {
  * Serves the queue until every renderer has left. A renderer that has not left within SERVE_GRACE after the end
  * (or after its last sign of life, if it was asked for one) is called silent, and takes part in nothing more.
  * Returns whether the picture is complete. It is not after a stop: then missing pixels are filled with an
- * estimate, fill_unknown(). Every other rank calls work().
+ * estimate, fill_unknown(). `served` is set. Every other rank calls work().
  */
-bool serve(struct service *service);
+bool serve(struct service *service, struct served *served);
 
 /* Seconds. A renderer looks for messages every few milliseconds of its own time. With dozens of processes on a
  * core, or with paging, that is a second. */

@@ -90,7 +90,7 @@ static int take_tray(struct server *server, uint32_t renderer)
         take_parts(server, renderer, tray->result[turn % TRAY_SLOTS], bytes);
         slots_empty(&tray->results, turn);
     }
-    server->service->messages += (uint64_t)results;
+    server->served->messages += (uint64_t)results;
     if (results > 0) hand_out(server, renderer);
     return results;
 }
@@ -145,7 +145,7 @@ static void take_letter(struct server *server, const struct letter *letter)
     uint32_t renderer = (uint32_t)letter->rank - server->first_rank;
     if (letter->rank <= 0 || renderer >= server->renderers)
         fatal("a message came from rank %d, who is no renderer", letter->rank);
-    server->service->messages++;
+    server->served->messages++;
     server->messages_taken++;
     note_sign(server, renderer);
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) {
@@ -163,10 +163,10 @@ static void take_letter(struct server *server, const struct letter *letter)
 /* Accounts for the time that `count` answers have waited: at most since messages were last looked for. */
 static void note_waits(struct server *server, double looked, int count)
 {
-    struct service *service = server->service;
     double waited = looked - server->polled_at;
-    service->answer_wait_s += count * waited;
-    if (count > 0) service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
+    server->served->answer_wait_s += count * waited;
+    if (count > 0)
+        server->served->answer_wait_most_s = fmax(server->served->answer_wait_most_s, waited);
     server->polled_at = looked;
 }
 
@@ -219,8 +219,8 @@ bool take_in(struct server *server)
     server->unmeasured = (server->unmeasured + 1) % MEASURED_EACH;
     if (!measured) return true;
     cpu = clock_thread_cpu() - cpu;
-    server->service->answers += (uint64_t)results;
-    server->service->service_cpu_s += cpu;
+    server->served->answers += (uint64_t)results;
+    server->served->service_cpu_s += cpu;
     pthread_mutex_lock(&server->lock);
     queue_served(server->service->queue, cpu / count, (double)(server->pixels - pixels) / count);
     pthread_mutex_unlock(&server->lock);

@@ -122,6 +122,7 @@ struct farm {
     struct canvas canvas;
     struct watch watch;
     struct service service;
+    struct served served;
     struct server server;
 };
 
@@ -140,6 +141,7 @@ static inline struct farm *farm_open(const struct queue_config *config)
                                      .patience = 60,
                                      .start_patience = 60};
     farm->server = (struct server){.service = &farm->service,
+                                   .served = &farm->served,
                                    .start = clock_wall(),
                                    .woken_at = clock_wall(),
                                    .last_pass = true,

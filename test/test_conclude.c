@@ -61,15 +61,15 @@ static void sample_rows(struct run *run, uint32_t rows)
 }
 
 /* The report of the run with these figures, as text that the caller frees. */
-static char *report_of(struct run *run, struct service *service)
+static char *report_of(struct run *run, struct served *served)
 {
     struct renderer_stats stats[RENDERERS] = {0};
-    service->stats = stats;
+    run->stats = stats;
     /* The table must not appear in the output of the test. */
     int table = open("table", O_WRONLY | O_CREAT | O_TRUNC, 0600), out = dup(STDOUT_FILENO);
     fflush(stdout);
     dup2(table, STDOUT_FILENO);
-    int status = run_conclude(run, service);
+    int status = run_conclude(run, served);
     fflush(stdout);
     dup2(out, STDOUT_FILENO);
     close(table);
@@ -85,17 +85,17 @@ static char *report_of(struct run *run, struct service *service)
 static void test_means(void **state)
 {
     (void)state;
-    struct service service = {.render_s = 3,
-                              .guessed_rmse = (double)NAN,
-                              .probe_s = 1.5,
-                              .master_cpu_s = 0.013,
-                              .messages = 35,
-                              .answers = 5,
-                              .service_cpu_s = 0.0015,
-                              .answer_wait_s = 0.007,
-                              .answer_wait_most_s = 0.0031};
+    struct served served = {.render_s = 3,
+                            .guessed_rmse = (double)NAN,
+                            .probe_s = 1.5,
+                            .master_cpu_s = 0.013,
+                            .messages = 35,
+                            .answers = 5,
+                            .service_cpu_s = 0.0015,
+                            .answer_wait_s = 0.007,
+                            .answer_wait_most_s = 0.0031};
     struct run run = run_open();
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     assert_has(text, "\"processes\": 5,");
     assert_has(text, "\"render_s\": 3.000000,\n    \"probe_s\": 0.375000,\n");
     assert_has(text, "\"master\": {\n    \"cpu_s\": 0.013000,\n    \"messages\": 35,\n"
@@ -109,9 +109,9 @@ static void test_means(void **state)
 static void test_no_messages(void **state)
 {
     (void)state;
-    struct service service = {.render_s = 3, .guessed_rmse = (double)NAN};
+    struct served served = {.render_s = 3, .guessed_rmse = (double)NAN};
     struct run run = run_open();
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     assert_has(text, "\"messages\": 0,\n    \"service_s\": 0.000000000,\n"
                      "    \"answer_wait_s\": 0.000000,\n");
     free(text);
@@ -122,11 +122,11 @@ static void test_no_messages(void **state)
 static void test_target_and_time(void **state)
 {
     (void)state;
-    struct service service = {.guessed_rmse = (double)NAN, .timed_out = true};
+    struct served served = {.guessed_rmse = (double)NAN, .timed_out = true};
     struct run run = run_open();
     sample_rows(&run, EDGE);
     assert_false(adaptive_plan(run.adaptive, HUGE_VAL));
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     assert_has(text, "\"ended\": \"target\"");
     free(text);
     run_close(&run);
@@ -137,13 +137,13 @@ static void test_no_samples(void **state)
 {
     struct scratch *s = *state;
     struct run run = run_open();
-    struct service service = {.timed_out = true, .began_at = run.start + 7.35, .reserved_s = 1.5};
+    struct served served = {.timed_out = true, .began_at = run.start + 7.35, .reserved_s = 1.5};
     run.job.settings.sampling.time_limit = 8;
     run.report.time = (struct run_times){
         .init = 0.06, .load = 1.25, .room = 4, .resume = 0.5, .broadcast = 0.04, .build = 1.5};
     sample_rows(&run, 0);
     message_capture(s->said, sizeof s->said);
-    int status = run_conclude(&run, &service);
+    int status = run_conclude(&run, &served);
     message_capture(NULL, 0);
     assert_int_equal(status, STATUS_FAILED);
     assert_has(s->said,
@@ -166,10 +166,10 @@ static void test_short_start(void **state)
 static void test_time_of_planning(void **state)
 {
     (void)state;
-    struct service service = {.guessed_rmse = (double)NAN, .plan_s = 0.25, .timed_out = true};
+    struct served served = {.guessed_rmse = (double)NAN, .plan_s = 0.25, .timed_out = true};
     struct run run = run_open();
     sample_rows(&run, EDGE);
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     assert_has(text, "\"plan_s\": 0.250000,");
     free(text);
     run_close(&run);
@@ -180,14 +180,14 @@ static void test_time_of_planning(void **state)
 static void test_pixels_without_samples(void **state)
 {
     struct scratch *s = *state;
-    struct service service = {.guessed_rmse = 0.5, .timed_out = true};
+    struct served served = {.guessed_rmse = 0.5, .timed_out = true};
     struct run run = run_open();
     run.job.settings.sampling.time_limit = 2;
     run.report.image_width = run.job.settings.image.width;
     run.report.image_height = run.job.settings.image.height;
     sample_rows(&run, EDGE - 1);
     message_capture(s->said, sizeof s->said);
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     message_capture(NULL, 0);
     assert_has(s->said,
                "sampling.time_limit = 2 s has left 8 of 64 pixels without a sample: what "
@@ -202,7 +202,7 @@ static void test_pixels_without_samples(void **state)
 static void test_time_of_writing(void **state)
 {
     struct scratch *s = *state;
-    struct service service = {.guessed_rmse = (double)NAN};
+    struct served served = {.guessed_rmse = (double)NAN};
     struct run run = run_open();
     set_text(&run.job.settings.output.trace, "trace.json");
     assert_int_equal(mkfifo("trace.json", 0600), 0);
@@ -216,7 +216,7 @@ static void test_time_of_writing(void **state)
         _exit(0);
     }
     message_capture(s->said, sizeof s->said);
-    char *text = report_of(&run, &service);
+    char *text = report_of(&run, &served);
     message_capture(NULL, 0);
     int status;
     assert_int_equal(waitpid(reader, &status, 0), reader);

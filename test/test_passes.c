@@ -106,16 +106,16 @@ static void test_time_is_kept(void **state)
     struct service *service = &farm->service;
     service->images[0] = "picture.png";
     estimate_writing(&farm->server, false);
-    assert_true(service->writing_s == 0); /* there is no limit */
+    assert_true(farm->server.writing_s == 0); /* there is no limit */
     service->limit = 10;
     service->deadline = 100;
     estimate_writing(&farm->server, false);
-    assert_true(service->writing_s > 0);
-    service->writing_s = 2;
-    service->last_plan_s = 0.5;
+    assert_true(farm->server.writing_s > 0);
+    farm->server.writing_s = 2;
+    farm->served.last_plan_s = 0.5;
     farm->server.fill_s = 0.25;
     assert_true(rendering_ends(&farm->server) == 97.25);
-    service->writing_s = 5;
+    farm->server.writing_s = 5;
     assert_true(rendering_ends(&farm->server) == 95);
     farm_close(farm);
 }

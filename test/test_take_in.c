@@ -34,11 +34,11 @@ static void test_answers_are_counted(void **state)
         arrive(farm);
         assert_true(stats->tiles == i && stats->pixels == 16 * i && stats->bytes == bytes * i);
         assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
-        assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
+        assert_true(stats->counts.rays[0] == 3 * i && farm->served.counts.rays[0] == 3 * i);
     }
-    assert_int_equal(render_counts_rays(&farm->service.counts), 3 * 9); /* of which the bar tells */
-    assert_true(farm->service.messages == 10 && farm->server.pixels == 16 * 9);
-    assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
+    assert_int_equal(render_counts_rays(&farm->served.counts), 3 * 9); /* of which the bar tells */
+    assert_true(farm->served.messages == 10 && farm->server.pixels == 16 * 9);
+    assert_int_equal(farm->served.answers, 2); /* one of eight is measured */
     farm_close(farm);
 }
 
@@ -52,12 +52,12 @@ static void test_times_of_the_phase(void **state)
     hand_out(&farm->server, 1);
     farm->server.planned_s = 0.5;
     for (int late = 0; late <= 1; late++) {
-        farm->service.timed_out = late;
+        farm->served.timed_out = late;
         farm->server.finished_at = 7;
         assert_true(first_held(farm, &tile));
         write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 2});
         arrive(farm);
-        assert_true(farm->service.plan_s == 0.5 && farm->server.planned_s == 0);
+        assert_true(farm->served.plan_s == 0.5 && farm->server.planned_s == 0);
         assert_int_equal(farm->server.finished_at == 7, late);
     }
     farm_close(farm);
@@ -152,14 +152,14 @@ static void test_waits_are_counted(void **state)
     }
     farm->server.polled_at = clock_wall() - 1000;
     assert_false(take_in(&farm->server));
-    assert_true(farm->service.answer_wait_most_s == 0);
+    assert_true(farm->served.answer_wait_most_s == 0);
     assert_true(farm->server.polled_at > clock_wall() - 100);
     arrivals_leave(farm->arrivals, 1);
     farm->server.polled_at = clock_wall() - 100;
     assert_true(take_in(&farm->server));
-    assert_true(farm->stats[1].tiles == 2 && farm->service.answers == 2);
-    assert_true(farm->service.answer_wait_s >= 200);
-    assert_true(fabs(farm->service.answer_wait_most_s * 2 - farm->service.answer_wait_s) < 1e-6);
+    assert_true(farm->stats[1].tiles == 2 && farm->served.answers == 2);
+    assert_true(farm->served.answer_wait_s >= 200);
+    assert_true(fabs(farm->served.answer_wait_most_s * 2 - farm->served.answer_wait_s) < 1e-6);
     take_tray(farm);
     farm_close(farm);
 }
@@ -215,7 +215,7 @@ static void test_probes_are_not_counted(void **state)
     write_part(&tile, (struct result_header){
                           .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
     arrive(farm);
-    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->service.probe_s == 2);
+    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->served.probe_s == 2);
     assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 7);
     farm_close(farm);
 }
