@@ -38,6 +38,12 @@ static _Noreturn void refuse(const char *argument)
     exit(2);
 }
 
+static _Noreturn void end_with(const char *why)
+{
+    fprintf(stderr, "balance: %s\n", why);
+    exit(2);
+}
+
 static bool is_count(const char *text, uint32_t *count)
 {
     return number_parse_unsigned(text, count) && *count > 0;
@@ -62,7 +68,7 @@ int main(int argc, char **argv)
 {
     const char *only = NULL, *scene = NULL;
     bool fresh = false;
-    uint32_t samples = 1;
+    uint32_t samples = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             put_usage(stdout);
@@ -82,11 +88,12 @@ int main(int argc, char **argv)
         else
             refuse(argv[i]);
     }
-    if (scene && (only || fresh)) fatal("--scene is no section, and forgets nothing");
+    if (scene && (only || fresh)) end_with("--scene goes with neither --only nor --fresh");
+    if (samples > 0 && !scene) end_with("--samples is for --scene alone");
     if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     if (scene) {
         values_read();
-        compare_schedules(scene, samples);
+        compare_schedules(scene, samples > 0 ? samples : 1);
         values_write();
         return 0;
     }

@@ -219,8 +219,9 @@ static void report_missing_section(const struct ini *ini, const struct override 
         if (strcmp(ini->sections[i].kind, override->kind) == 0)
             nearest_name_try(&search, ini->sections[i].name);
     char *hint = nearest_name_hint(&search);
-    user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
-               *override->name ? " " : "", override->name, hint);
+    const char *without = !*override->name && search.count > 0 ? " without a name" : "";
+    user_error(override->argument, 0, "%s has no section [%s%s%s]%s%s", ini->file, override->kind,
+               *override->name ? " " : "", override->name, without, hint);
     free(hint);
 }
 

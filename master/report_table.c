@@ -84,6 +84,8 @@ static void put_rays(struct table *table, const struct report *report,
     for (int kind = 0; kind < RAY_KINDS; kind++)
         if (counts->rays[kind])
             flow(table, "%s %s", figure_count((double)counts->rays[kind]).text, names[kind]);
+    if (counts->bound_rays)
+        flow(table, "%s more for the bound", figure_count((double)counts->bound_rays).text);
     end_flow(table);
 }
 
@@ -240,11 +242,17 @@ static void put_share(struct table *table, double share)
     flow_on(table, "that have samples,");
 }
 
-/* One digit more where the interval would read like a single figure, as in large pictures. */
+static bool look_alike(double a, double b)
+{
+    return strcmp(error_figure(a).text, error_figure(b).text) == 0;
+}
+
+/* One digit more where the estimate would read like an end of its interval, as in large pictures. */
 static void put_estimate(struct table *table, const struct error_estimate *estimate)
 {
-    bool same = strcmp(error_figure(estimate->low).text, error_figure(estimate->high).text) == 0;
-    int digits = same ? ERROR_DIGITS + 1 : ERROR_DIGITS;
+    bool alike =
+        look_alike(estimate->rmse, estimate->low) || look_alike(estimate->rmse, estimate->high);
+    int digits = alike ? ERROR_DIGITS + 1 : ERROR_DIGITS;
     flow(table, "sampling error: RMSE %s", error_digits(estimate->rmse, digits).text);
     flow_on(table, "(%s to %s)", error_digits(estimate->low, digits).text,
             error_digits(estimate->high, digits).text);
@@ -262,6 +270,7 @@ static void put_error(struct table *table, const struct report *report)
     if (!(last->estimate.rmse > 0) && isnan(last->true_rmse)) return;
     put_estimate(table, &last->estimate);
     put_share(table, last->sampled_share);
+    if (report_picture_counts(report).nonfinite) flow_on(table, "of what is finite,");
     flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
     if (before > 0) {
         bool shared = report->resumed.cpu_s > before;
@@ -301,7 +310,19 @@ static void put_clipped(struct table *table, const struct report *report)
     flow(table, "clipped: %llu pixel%s", (unsigned long long)file->clipped,
          file->clipped == 1 ? "" : "s");
     flow_on(table, "beyond what the file can hold");
-    flow(table, "RMSE %s", error_figure(file->clipped_rmse).text);
+    if (file->clipped_rmse > 0) /* 0: all of them are infinite */
+        flow(table, "RMSE %s", error_figure(file->clipped_rmse).text);
+    end_flow(table);
+}
+
+static void put_nonfinite(struct table *table, const struct report *report)
+{
+    struct render_counts counts = report_picture_counts(report);
+    if (counts.nonfinite == 0) return;
+    flow(table, "%llu of %llu samples", (unsigned long long)counts.nonfinite,
+         (unsigned long long)counts.rays[RAY_PRIMARY]);
+    flow_on(table, "%s not finite,", counts.nonfinite == 1 ? "is" : "are");
+    flow_on(table, "or too bright for floats");
     end_flow(table);
 }
 
@@ -311,14 +332,21 @@ static void put_end(struct table *table, const struct report *report)
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
     /* put_error() has already told of pixels without any sample. */
     if (report->missing_share > 0 && report->unsampled == 0) {
-        flow(table, "pass %u was cut off:", report->passes);
-        flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
+        if (report->missing_share < 1) {
+            flow(table, "pass %u was cut off:", report->passes);
+            flow_on(table, "%.1f %% of its pixels are missing",
+                    fmax(100 * report->missing_share, 0.1));
+        } else {
+            flow(table, "pass %u was planned, but nothing of it was done", report->passes);
+        }
     }
     if (report->ended == ENDED_BY_MAX_SAMPLES) flow(table, "stopped by sampling.max_samples");
     if (report->ended == ENDED_WITHOUT_ERROR) flow(table, "stopped as samples show no error");
-    if (report->target > 0)
+    if (report->target > 0) {
         flow(table, "sampling.target_error = %g is %s", report->target,
              report->ended == ENDED_BY_TARGET ? "met" : "not met");
+        if (report_picture_counts(report).nonfinite) flow_on(table, "by what is finite");
+    }
     end_flow(table);
 }
 
@@ -374,12 +402,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_end(table, report);
     put_truncation(table, report);
     put_clipped(table, report);
-    uint64_t nonfinite = report_picture_counts(report).nonfinite;
-    if (nonfinite) {
-        flow(table, "%llu sample%s not finite", (unsigned long long)nonfinite,
-             nonfinite == 1 ? " is" : "s are");
-        end_flow(table);
-    }
+    put_nonfinite(table, report);
     report_path(table->out, "picture", report->image_file);
 }
 

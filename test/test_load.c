@@ -118,6 +118,8 @@ static void test_bad_overrides(void **state)
          "light son.color=1 1 1: scene.ini has no section [light son], did "
          "you mean 'sun'?"},
         {"sphere moon.radius=1", "sphere moon.radius=1: scene.ini has no section [sphere moon]"},
+        {"light.color=1 1 1",
+         "light.color=1 1 1: scene.ini has no section [light] without a name, expected one of sun"},
         {"light moon.color=1 1 1", "light moon.color=1 1 1: scene.ini has no section [light moon], "
                                    "expected one of sun"},
         {"light sun.size=1", "light sun.size=1: unknown key 'size' in [light sun], expected one of "

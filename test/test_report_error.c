@@ -72,9 +72,13 @@ static void test_table_no_forecast(void **state)
     text = table_text(&report, 130);
     assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
     free(text);
+    report.missing_share = 1;
+    text = table_text(&report, 80);
+    assert_has(text, ", pass 3 was planned, but nothing of it was done\n");
+    free(text);
     report.unsampled = 1;
     text = table_text(&report, 80);
-    assert_null(strstr(text, "cut off"));
+    assert_null(strstr(text, "pass 3"));
     free(text);
 }
 
@@ -140,8 +144,27 @@ static void test_table_narrow_interval(void **state)
     struct report report = report_of_row(renderers, &row, &log);
     row.estimate = (struct error_estimate){0.001121, 0.001109, 0.001134};
     assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
-    row.estimate.high = 0.00116;
-    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.0011 to 0.0012) after");
+    row.estimate = (struct error_estimate){0.00112, 0.00104, 0.00116};
+    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.001 to 0.0012) after");
+    row.estimate.low = 0.00107;
+    assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00107 to 0.00116) after");
+}
+
+/* What is said of the error is not said of samples that are not finite. */
+static void test_table_not_finite(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.target = 0.001;
+    report.ended = ENDED_BY_TARGET;
+    assert_table_has(&report, "(0.000087 to 0.00011) after 2.4 s\n");
+    assert_table_has(&report, "\nsampling.target_error = 0.001 is met\n");
+    report.picture.nonfinite = 1;
+    assert_table_has(&report, "(0.000087 to 0.00011) of what is finite,");
+    assert_table_has(&report, "\nsampling.target_error = 0.001 is met by what is finite\n");
 }
 
 /* Seconds of an earlier run count like those of this one. */
@@ -237,6 +260,7 @@ int main(void)
         cmocka_unit_test(test_table_steep_forecast),
         cmocka_unit_test(test_table_error),
         cmocka_unit_test(test_table_narrow_interval),
+        cmocka_unit_test(test_table_not_finite),
         cmocka_unit_test(test_table_error_of_two_runs),
         cmocka_unit_test(test_table_error_of_a_part),
         cmocka_unit_test(test_table_truth),

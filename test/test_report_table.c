@@ -39,7 +39,8 @@ static void test_table(void **state)
     assert_has(text, "     2     75   518400   25.0 %    0.500    1.500  ############\n");
     assert_has(text, "  mean     75   518400   25.0 %    0.500    2.635  #####################\n");
     assert_has(text, "efficiency 65.9 %, imbalance 1.150, tail 0.030 s\n");
-    assert_has(text, "13.2M rays, 3.3M per second\n4.0M primary, 8.0M shadow, 1.2M reflection\n");
+    assert_has(text, "13.2M rays, 3.3M per second\n4.0M primary, 8.0M shadow, 1.2M reflection, "
+                     "20 more for the bound\n");
     assert_has(text, "picture lantern.png\n");
     assert_null(strstr(text, "NaN"));
     assert_null(strstr(text, "node"));
@@ -350,9 +351,12 @@ static void test_table_extremes(void **state)
     renderers[0].pixels = renderers[0].counts.rays[0] = UINT64_MAX;
     renderers[0].tiles = UINT32_MAX;
     report.picture.nonfinite = 12;
+    report.picture.rays[RAY_PRIMARY] = 345;
     char *text = table_text(&report, 40);
     assert_fits(text, 40);
-    assert_has(text, "12 samples are not finite\n");
+    free(text);
+    text = table_text(&report, 80);
+    assert_has(text, "\n12 of 345 samples are not finite, or too bright for floats\n");
     free(text);
     report.time = (struct run_times){0};
     report.image_file = "a\033[2J\xc2\x9b\x9bé.png";
