@@ -28,21 +28,17 @@
 #define JOINED_WORST 2
 
 /*
- * More than that where the master would otherwise not keep up: a tile takes it JOINED_SERVICE_S at least, however short
- * an answer is (service_tile_s in bench/balance_messages.c). If tiles take each renderer so long that the master spends
- * JOINED_SERVED of its time on them, there is no need to join more. Work, the seconds of samples on their own, takes
- * JOINED_SCALE of that time within a tile: 0.24 to 0.73 in eleven scenes. A joined tile is JOINED_HURRIED of a share at
- * most.
+ * More than that where the master would otherwise not keep up: if tiles take each renderer so long that the master
+ * spends JOINED_SERVED of its time on them, there is no need to join more. A joined tile is JOINED_HURRIED of a share
+ * at most.
  *
  * Single samples of cheap scenes with 640 x 480 pixels on 56 to 128 processors are 0.5 to 7 % faster, 16 samples of
- * 1920 x 1440 pixels on 1,000 a tenth and more; where there is more work, nothing changes. With twice JOINED_SERVICE_S
+ * 1920 x 1440 pixels on 1,000 a tenth and more; where there is more work, nothing changes. With half of JOINED_SERVED
  * the former are 9 to 14 % faster, but 16 samples of the lantern on 300 to 700 take 2 % longer. With half of
  * JOINED_HURRIED the gains are less than 3 %.
  */
-#define JOINED_SERVICE_S 0.24e-6
-#define JOINED_SERVED    0.4
-#define JOINED_SCALE     0.45
-#define JOINED_HURRIED   0.1
+#define JOINED_SERVED  0.4
+#define JOINED_HURRIED 0.1
 
 /* The most work that two tiles may be predicted to be together if they are to be joined. */
 static double joined_most(const struct queue *queue)
@@ -50,9 +46,7 @@ static double joined_most(const struct queue *queue)
     double all = queue->pace.total, renderers = queue_processors(queue), share = all / renderers;
     double part = fmax(JOINED_LEAST, JOINED_OF_SHARE * fmin(1, JOINED_MANY / renderers));
     double usual = fmin(JOINED_OF_ALL * all, part * share);
-    double samples = larger(queue->config.samples, 1);
-    double served = renderers * JOINED_SERVICE_S / JOINED_SERVED / (samples * JOINED_SCALE);
-    return fmax(usual, fmin(served, JOINED_HURRIED * share));
+    return fmax(usual, fmin(queue_served_work(queue, JOINED_SERVED), JOINED_HURRIED * share));
 }
 
 /* Whether the tile has never been handed out, and has this size. */

@@ -8,6 +8,7 @@
  *   queue_predict.c    predicted costs of tiles
  *   queue_join.c       joining cheap tiles
  *   queue_split.c      splitting large tiles in two
+ *   queue_service.c    how large tiles have to be for the master to keep up
  *   queue_lot.c        composing a lot
  *   queue_repeat.c     handing out tiles of others a second time
  *   queue_pieces.c     breaking a tile that is out into pieces for other renderers
@@ -209,6 +210,9 @@ double predictions_share(const struct queue *queue, const struct item *part,
 
 /* Joins cheap tiles that have never been handed out; to be called when predictions are new. */
 void queue_join(struct queue *queue);
+
+/* The work of a tile at which the master, if all tiles are like that, spends this part of its time on them. */
+double queue_served_work(const struct queue *queue, double part);
 
 /* Replaces a tile that waits by two halves, cut across its longer side; whether it is large enough for that. */
 void split_tile(struct queue *queue, uint32_t id);

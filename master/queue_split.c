@@ -135,6 +135,18 @@ static bool is_blind_risk(const struct queue *queue, const struct item *item)
            BLIND_PARTS * (double)item->work * queue_processors(queue) > queue->pace.total;
 }
 
+/* The most of the master's time that the smallest parts may take if all tiles are split into such. At 0.32, with 4096
+ * samples of the garden on 100,000 processors, a run takes 4 % longer with them; at 0.14, with 256 of the lantern on
+ * 10,000, it does not. */
+#define DEAR_SERVED 0.2
+
+/* Whether the master keeps up with tiles that are DEAR_PART of an even share of all work. */
+static bool can_serve_dear(const struct queue *queue)
+{
+    double share = queue->pace.total / queue_processors(queue);
+    return DEAR_PART * share >= queue_served_work(queue, DEAR_SERVED);
+}
+
 /*
  * Whether a tile that waits is to be split into parts of fewer than DEAR_PIXELS pixels, where these cost no more: if
  * probes tell that all of it is dear, not its most expensive spot alone. Of 4096 samples of the lantern on 8,000 to
@@ -145,7 +157,8 @@ static bool is_blind_risk(const struct queue *queue, const struct item *item)
  */
 static bool is_dear_all_over(const struct queue *queue, const struct item *item)
 {
-    return queue->map.probes > 0 && is_dear(queue, item, largest_small(queue), item->work);
+    return queue->map.probes > 0 && is_dear(queue, item, largest_small(queue), item->work) &&
+           can_serve_dear(queue);
 }
 
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first)

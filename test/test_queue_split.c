@@ -1,4 +1,5 @@
 /* Splitting tiles: which of them are split before they are handed out, and how small their parts are. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -83,11 +84,11 @@ static void test_dear_of_few_are_split(void **state)
 }
 
 /* Takes in the probes that renderer 0 gets: all pixels cost the same. */
-static void probe_evenly(struct queue *queue)
+static void probe_evenly(struct queue *queue, float pixel_s)
 {
     float seconds[LOT_TILES];
     for (uint32_t k = 0; k < LOT_TILES; k++)
-        seconds[k] = 1e-3f;
+        seconds[k] = pixel_s;
     while (!queue->settled) {
         struct tile lot[LOT_TILES];
         uint32_t count = queue_next(queue, 0, 0, lot);
@@ -112,7 +113,7 @@ static uint32_t largest_of_lots(uint32_t samples, uint32_t probe_edge)
                                         .samples = samples};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES];
-    probe_evenly(queue);
+    probe_evenly(queue, 1e-3f);
     uint32_t count = queue_next(queue, 1, 0, lot), largest = 0;
     double now = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -150,6 +151,45 @@ static void test_known_dear_are_split_further(void **state)
     assert_int_equal(largest_of_lots(16, 4), 16);
     assert_int_equal(largest_of_lots(64, 4), 4);
     assert_int_equal(largest_of_lots(4096, 4), 2); /* a pixel is a 32nd part of a share */
+}
+
+/* Whether a tile of 4 x 4 pixels that is predicted to be these parts of a renderer's share is to be split, wherever
+ * there is room for it. pixel_s: what one sample of a pixel takes. */
+static bool is_small_split(float pixel_s, double work, double worst)
+{
+    const struct queue_config config = {
+        .width = 128, .height = 4, .renderers = 16, .tile_edge = 4, .probe_edge = 4, .samples = 64};
+    struct queue *queue = queue_create(&config);
+    probe_evenly(queue, pixel_s);
+    uint32_t id = agenda_first(&queue->waiting);
+    double share = queue->pace.total / config.renderers;
+    queue->items[id].work = (float)(work * share);
+    queue->items[id].worst = (float)(worst * share);
+    assert_int_equal(area(&queue->items[id]), 16);
+    const struct pace_lot any = {HUGE_VAL, HUGE_VAL};
+    bool is_split = split_is_due(queue, id, any, false);
+    queue_destroy(queue);
+    return is_split;
+}
+
+/* That a small tile may be as expensive as a spot of it, or one beside it, is no reason to split it. */
+static void test_small_are_split_if_dear_all_over(void **state)
+{
+    (void)state;
+    assert_true(is_small_split(1e-3f, 0.11, 0.11));
+    assert_true(is_small_split(1e-3f, 0.11, 1));
+    assert_false(is_small_split(1e-3f, 0.09, 0.09));
+    assert_false(is_small_split(1e-3f, 0.09, 1));
+}
+
+/* Where pixels are so cheap that the master would spend more than a fifth of its time on the smallest parts, it hands
+ * out larger ones: with 64 samples and 32 pixels per renderer below 2.1e-7 s of work per sample. Where all cost the
+ * same, work is a quarter of what probes take (FIXED_SHARE in master/cost.c). */
+static void test_smallest_parts_leave_the_master_time(void **state)
+{
+    (void)state;
+    assert_true(is_small_split(4 * 2.2e-7f, 0.5, 0.5));
+    assert_false(is_small_split(4 * 2e-7f, 0.5, 0.5));
 }
 
 /* Before there are predictions a lot has several tiles, however large the initial ones are: a single one may be more
@@ -343,6 +383,8 @@ int main(void)
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
         cmocka_unit_test(test_known_dear_are_split_further),
+        cmocka_unit_test(test_small_are_split_if_dear_all_over),
+        cmocka_unit_test(test_smallest_parts_leave_the_master_time),
         cmocka_unit_test(test_blind_lots_have_several_tiles),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
