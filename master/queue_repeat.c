@@ -134,6 +134,29 @@ static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, doub
  */
 #define BREAK_LOSS (1.0 / 700)
 
+/*
+ * A tile of few pixels is broken up while the rest of the run is at least as long as its most expensive pixel may take,
+ * which is assumed to be BREAK_PIXEL times the mean: at most BREAK_MOST of the time by which the tile is overdue, or
+ * many would soon have been back. The slowest sixth of runs with 256 samples of the lantern, on 38 to 50 processors
+ * whose speeds differ by 1 %, is 0.3 to 0.7 % faster, all runs on 100 and 128 0.2 to 0.5 %. One of 44 processors that
+ * is four times slower, tried at each of the 44 places, costs more than 2 % beyond its missing share in 9 of 220 runs
+ * with 16 and 256 samples, instead of in 17. If tiles of all sizes were broken up at a tenth of that time, 16 samples
+ * would be 0.15 % slower.
+ */
+#define BREAK_PIXEL 3
+#define BREAK_MOST  0.15
+
+/* Whether it pays to break up a tile that has been overdue for this time. */
+static bool break_pays(const struct queue *queue, const struct hold *hold, double now,
+                       double overdue)
+{
+    const struct pace *pace = &queue->pace;
+    double rest = pace_even_end(pace, now, queue->waiting_work);
+    double pixel = fmin(BREAK_PIXEL / (double)area(&queue->items[hold->id]), BREAK_MOST);
+    return rest <= pixel * overdue * pace->renderers[hold->renderer].speed ||
+           rest / queue_processors(queue) <= BREAK_LOSS * overdue;
+}
+
 void repeat_overdue(struct queue *queue, uint32_t asker, double now)
 {
     struct pace *pace = &queue->pace;
@@ -142,8 +165,7 @@ void repeat_overdue(struct queue *queue, uint32_t asker, double now)
     struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
     if (!hold) return;
     double overdue = now - pace->renderers[renderer].free_at;
-    double loss = pace_even_end(pace, now, queue->waiting_work) / queue_processors(queue);
-    if (loss > BREAK_LOSS * overdue) return;
+    if (!break_pays(queue, hold, now, overdue)) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
     if (!pieces_make(queue, hold->id, pieces_wanted(queue, renderer, overdue), known)) return;
     recall(queue, hold);

@@ -9,8 +9,8 @@
 
 #include "test/queue_fixture.h"
 
-/* All tiles are finished except *last, which renderer 0 has begun; returns how many pieces of it renderer 1 got in its
- * last lot. */
+/* All tiles are finished except *last, which renderer 0 has begun, so soon that it is not overdue before; returns how
+ * many pieces of it renderer 1 got in its last lot. */
 static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *lot, double *now)
 {
     uint32_t count = queue_next(queue, 0, *now, lot);
@@ -18,7 +18,7 @@ static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *
     for (uint32_t i = 1; i < count; i++)
         assert_true(queue_finish(queue, 0, lot[i].id, *now, 1e-4));
     while ((count = queue_next(queue, 1, *now, lot)) > 0 && !queue_count(queue).repeated)
-        for (uint32_t i = 0; i < count; i++, *now += 1e-5)
+        for (uint32_t i = 0; i < count; i++, *now += 1e-6)
             assert_true(queue_finish(queue, 1, lot[i].id, *now, 1e-4));
     assert_int_equal(queue_count(queue).finished, queue_count(queue).tiles - 1);
     return count;
@@ -279,6 +279,45 @@ static void test_overdue_is_broken_up(void **state)
     queue_destroy(queue);
 }
 
+/* Whether a tile of edge x edge pixels is broken up while others wait, when the rest of the run is this part of the
+ * time by which it is overdue, times the speed of its holder. */
+static bool is_broken_up(uint32_t edge, double part, double speed)
+{
+    const struct queue_config config = {
+        .width = 512, .height = 512, .renderers = 4, .tile_edge = edge};
+    struct queue *queue = queue_create(&config);
+    struct tile held[LOT_TILES], lot[LOT_TILES];
+    struct pace_renderer *holder = &queue->pace.renderers[0];
+    uint32_t count = queue_next(queue, 0, 0, held), others = queue_next(queue, 1, 0, lot);
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, held[i].id, 1e-3, 1e-3));
+    for (uint32_t i = 0; i < others; i++)
+        assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-3));
+    queue_look(queue, 1e6);
+    assert_true(holder->lost && tile_pixels(&held[0]) == edge * edge);
+    holder->speed = speed; /* it does not count among those of the others */
+    double rest = pace_even_end(&queue->pace, 1e-3, queue->waiting_work);
+    assert_true(queue_next(queue, 1, holder->free_at + rest / (part * speed), lot) > 0);
+    bool is_broken = queue->items[held[0].id].pieces > 0;
+    queue_destroy(queue);
+    return is_broken;
+}
+
+/* The fewer pixels a tile has, the more of its time may be that of a single one, and the earlier it is broken up; but
+ * not a tile that may well be back soon. */
+static void test_overdue_few_pixels_are_broken_up_earlier(void **state)
+{
+    (void)state;
+    assert_true(is_broken_up(16, 3.0 / 256 / 1.05, 1));
+    assert_false(is_broken_up(16, 3.0 / 256 * 1.05, 1));
+    assert_true(is_broken_up(8, 3.0 / 64 / 1.05, 1));
+    assert_false(is_broken_up(8, 3.0 / 64 * 1.05, 1));
+    assert_true(is_broken_up(4, 0.14, 1));
+    assert_false(is_broken_up(4, 0.16, 1));
+    assert_true(is_broken_up(8, 3.0 / 64 / 1.05, 0.25));
+    assert_false(is_broken_up(8, 3.0 / 64 * 1.05, 0.25));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -291,6 +330,7 @@ int main(void)
         cmocka_unit_test(test_pieces_within_the_limit),
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
+        cmocka_unit_test(test_overdue_few_pixels_are_broken_up_earlier),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
