@@ -66,7 +66,7 @@
  * work gets no lot that is smaller than this part. */
 #define REST_PART 0.5
 
-/* The least sum of speeds, for when all renderers are lost. */
+/* The least sum of speeds, for when all renderers are overdue. */
 #define LEAST_SPEED 1e-3
 
 /* The size of a lot before there are useful predictions: this part of an even share. Two such lots are to last
@@ -87,7 +87,7 @@ void pace_init(struct pace *pace, uint32_t renderers)
     heap_reserve(&pace->last, renderers);
     heap_reserve(&pace->soon, renderers);
     heap_reserve(&pace->late, renderers);
-    heap_reserve(&pace->lost, renderers);
+    heap_reserve(&pace->overdue, renderers);
     heap_reserve(&pace->spare, renderers);
 }
 
@@ -97,7 +97,7 @@ void pace_free(struct pace *pace)
     heap_free(&pace->last);
     heap_free(&pace->soon);
     heap_free(&pace->late);
-    heap_free(&pace->lost);
+    heap_free(&pace->overdue);
     heap_free(&pace->spare);
 }
 
@@ -129,7 +129,7 @@ void pace_place(struct pace *pace)
 static void withdraw(struct pace *pace, const struct pace_renderer *r)
 {
     if (pace->unplaced != (uint32_t)(r - pace->renderers)) pace_place(pace);
-    if (r->lost) return;
+    if (r->is_overdue) return;
     pace->speed -= r->speed;
     if (!r->holds) return;
     pace->holders--;
@@ -144,19 +144,19 @@ static void overlook(struct pace *pace, uint32_t renderer)
     heap_remove(&pace->last, renderer);
     heap_remove(&pace->soon, renderer);
     heap_remove(&pace->late, renderer);
-    heap_remove(&pace->lost, renderer);
+    heap_remove(&pace->overdue, renderer);
     heap_remove(&pace->spare, renderer);
 }
 
-/* Adds the renderer, which has changed and is no longer lost, to the sums again. Its places in the heaps are
+/* Adds the renderer, which has changed and is no longer overdue, to the sums again. Its places in the heaps are
  * updated later, as the next one to change may be the same. */
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
-    if (r->lost) {
-        pace->lost_count--;
-        r->lost = false;
-        heap_remove(&pace->lost, renderer);
+    if (r->is_overdue) {
+        pace->overdue_count--;
+        r->is_overdue = false;
+        heap_remove(&pace->overdue, renderer);
         heap_remove(&pace->spare, renderer);
     }
     pace->speed += r->speed;
@@ -178,7 +178,7 @@ void pace_restart(struct pace *pace)
         *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
-    pace->holders = pace->lost_count = 0;
+    pace->holders = pace->overdue_count = 0;
     for (uint32_t i = 0; i < pace->count; i++)
         enter(pace, i);
     pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;
@@ -214,11 +214,11 @@ void pace_late(struct pace *pace, uint32_t renderer, double due)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
-    pace->lost_count += !r->lost;
-    r->lost = true;
+    pace->overdue_count += !r->is_overdue;
+    r->is_overdue = true;
     r->free_at = due;
     overlook(pace, renderer);
-    heap_put(&pace->lost, renderer, -due);
+    heap_put(&pace->overdue, renderer, -due);
     heap_put(&pace->spare, renderer, -due);
 }
 

@@ -5,7 +5,7 @@
  * Work is in the unit of master/cost.h. Seconds are those of whatever clock the caller reads. A renderer of
  * speed 1 takes `scale` seconds per unit of work. Before the first answer nothing is known: scale is 0.
  *
- * A renderer that is late is called lost: nothing is expected of it until it answers.
+ * Nothing is expected of a renderer that is overdue until it answers.
  */
 #ifndef FARM_MASTER_PACE_H
 #define FARM_MASTER_PACE_H
@@ -22,7 +22,7 @@ struct pace_renderer {
     double held;       /* predicted work that it holds */
     double free_at;    /* when it should have finished that; valid while it holds work */
     bool holds;        /* it holds work */
-    bool lost;         /* it is late: nothing is expected of it until it answers */
+    bool is_overdue;   /* it is late: nothing is expected of it until it answers */
 };
 
 /* How long the last answers took the master, and how many pixels they had: exponentially weighted means,
@@ -36,22 +36,23 @@ struct pace_service {
 struct pace {
     struct pace_renderer *renderers;
     uint32_t count;
-    double speed;                  /* sum over all renderers that are not lost */
-    uint32_t holders;              /* renderers that hold work and are not lost */
+    double speed;                  /* sum over all renderers that are not overdue */
+    uint32_t holders;              /* renderers that hold work and are not overdue */
     double holding, holding_until; /* over holders: sums of speed and of speed * free_at */
     double total;                  /* all work of the run, whether answered or not */
     double work, busy;             /* of all answers: predicted work, measured seconds */
     double given, lots;            /* handed out: work, and the number of lots */
     double scale;                  /* seconds per unit of work */
-    uint32_t lost_count;           /* number of renderers that are lost */
+    uint32_t overdue_count;        /* number of renderers that are overdue */
     bool blind;                    /* there are no useful predictions yet */
     struct pace_service service;   /* of the master */
     /* Seconds that the master needs per answer, without the part that is proportional to its pixels. */
     double service_s;
-    struct heap last;  /* renderers with work; on top the one that will finish it last */
-    struct heap soon;  /* the same; on top the one that will finish it first */
-    struct heap late;  /* the same; on top the one that is to be given up for late first */
-    struct heap lost;  /* renderers that are lost and may hold work; on top the longest overdue */
+    struct heap last; /* renderers with work; on top the one that will finish it last */
+    struct heap soon; /* the same; on top the one that will finish it first */
+    struct heap late; /* the same; on top the one that is to be given up for late first */
+    struct heap
+        overdue; /* those that are, and may hold work; on top the one that is so for longest */
     struct heap spare; /* of these, those that may hold tiles that they have not begun */
     /* The one renderer that pace_place() has yet to put into the heaps, or HEAP_ABSENT. */
     uint32_t unplaced;
@@ -83,13 +84,13 @@ void pace_place(struct pace *pace);
  * several times too long. */
 double pace_calm(struct pace *pace, double now);
 
-/* Marks the renderer, which holds work, as lost; due: when it should have finished its work. */
+/* Marks the renderer, which holds work, as overdue; due: when it should have finished its work. */
 void pace_late(struct pace *pace, uint32_t renderer, double due);
 
 /* The seconds after which the renderer is to report that it is still working on a tile of this work. */
 double pace_report_after(const struct pace *pace, uint32_t renderer, double work);
 
-/* Marks all renderers as lost that are late by now; returns whether there were any. */
+/* Marks all renderers as overdue that are late by now; returns whether there were any. */
 bool pace_check(struct pace *pace, double now);
 
 /* When the next renderer will be given up for late; HUGE_VAL: there is none. */

@@ -332,7 +332,7 @@ double queue_ends(const struct queue *queue, double now)
 {
     if (!queue->is_dynamic || !queue->settled) return 0;
     struct outlook_share share = outlook_share(&queue->outlook);
-    uint32_t at_work = queue->config.renderers - queue->pace.lost_count;
+    uint32_t at_work = queue->config.renderers - queue->pace.overdue_count;
     if (!(share.finished > share.skipped) || at_work == 0) return 0;
     return now + share.seconds * (1 - share.finished) / (1 - share.skipped) / at_work;
 }
@@ -381,7 +381,7 @@ double queue_calm(struct queue *queue, double now)
     /* Renderers without work wait for any answer, and for what rank 0's own renderer does. For those that hold
      * nothing but probes it is not known when they will be done. */
     pace_place(&queue->pace);
-    if (queue->pace.soon.count + queue->pace.lost_count < queue->config.renderers) return 0;
+    if (queue->pace.soon.count + queue->pace.overdue_count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);
 }
 

@@ -39,8 +39,8 @@ static void count_working(struct queue *queue)
     for (uint32_t i = 0; i < crowd->renderers; i++) {
         const struct pace_renderer *r = &queue->pace.renderers[i];
         struct group_state *group = &queue->groups[crowd->group_of[i]];
-        group->working += r->holds && !r->lost;
-        group->idle += queue->holdings.holders[i].count == 0 && !r->lost;
+        group->working += r->holds && !r->is_overdue;
+        group->idle += queue->holdings.holders[i].count == 0 && !r->is_overdue;
     }
 }
 

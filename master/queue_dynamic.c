@@ -72,7 +72,7 @@ bool dynamic_check_late(struct queue *queue, double now)
 {
     bool any = pace_check(&queue->pace, now);
     if (any) queue->groups_counted = false;
-    withdraw_lost(queue);
+    withdraw_overdue(queue);
     return any;
 }
 
@@ -88,7 +88,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
     /* Renderers that asked before and got nothing may now get tiles of a late one. */
     if (dynamic_check_late(queue, now)) queue->news++;
     /* The renderer may have stopped: messages to it would pile up. */
-    if (queue->pace.renderers[renderer].lost) return 0;
+    if (queue->pace.renderers[renderer].is_overdue) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
     if (queue->waiting.count == 0) return repeat_next(queue, renderer, now, tiles);
     if (leaves_the_end(queue, renderer, now)) return 0;

@@ -276,7 +276,7 @@ void withdraw_dropped(struct queue *queue, uint32_t id);
 
 /* After queue_withdraw(): when only late renderers still hold tiles, these are taken out, too, and not waited
  * for. */
-void withdraw_lost(struct queue *queue);
+void withdraw_overdue(struct queue *queue);
 
 /* ---- renderers that share cores ---- */
 

@@ -160,7 +160,7 @@ static bool break_pays(const struct queue *queue, const struct hold *hold, doubl
 void repeat_overdue(struct queue *queue, uint32_t asker, double now)
 {
     struct pace *pace = &queue->pace;
-    uint32_t renderer = top_of(queue, &pace->lost, false);
+    uint32_t renderer = top_of(queue, &pace->overdue, false);
     if (renderer == HEAP_ABSENT) return;
     struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
     if (!hold) return;
@@ -207,7 +207,7 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
     const struct pace *pace = &queue->pace;
     const struct pace_renderer *r = &pace->renderers[renderer];
     double least = pace_least(pace, renderer);
-    return r->lost || now > r->free_at + least ||
+    return r->is_overdue || now > r->free_at + least ||
            now + pace_seconds(pace, asker, work) + least < r->free_at;
 }
 
@@ -243,7 +243,7 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
 {
     const struct item *item = &queue->items[hold->id];
     bool can_break = item->pieces == 0 && area(item) > 1;
-    return can_break || item->copies <= 1 || queue->pace.renderers[renderer].lost;
+    return can_break || item->copies <= 1 || queue->pace.renderers[renderer].is_overdue;
 }
 
 /* The tile that the first renderer in the heap has begun and that can be given to others. Renderers whose tile cannot
@@ -271,7 +271,7 @@ static struct hold *whom_to_help(struct queue *queue, struct heap *heap, uint32_
     uint32_t idle = queue_idle_cores(queue);
     /* Before the first answer no renderer is given up for late: it would be no use to wait for that. */
     bool known = pace->scale > 0;
-    if (known && idle < 2 && pace->holders > (holder->lost ? 0 : 1)) return NULL;
+    if (known && idle < 2 && pace->holders > (holder->is_overdue ? 0 : 1)) return NULL;
     if (repeat_pays(queue, hold->renderer, asker, now, hold->work / idle)) return hold;
     double overdue = holder->free_at + pace_least(pace, hold->renderer);
     queue->retry = fmin(queue->retry, nextafter(overdue, HUGE_VAL));
@@ -294,7 +294,8 @@ static uint32_t help(struct queue *queue, struct hold *hold, uint32_t asker, dou
         recall(queue, hold);
         return lot_fill(queue, &draft, now, pace_lot(&queue->pace, asker, now, work));
     }
-    if (!queue->pace.renderers[hold->renderer].lost && queue->items[hold->id].copies > 1) return 0;
+    if (!queue->pace.renderers[hold->renderer].is_overdue && queue->items[hold->id].copies > 1)
+        return 0;
     pass_on(queue, &draft, hold);
     return lot_give(queue, &draft, now);
 }
@@ -313,7 +314,7 @@ uint32_t repeat_next(struct queue *queue, uint32_t renderer, double now,
     if (queue->holdings.holders[renderer].count > 0 || !queue_has_core(queue, renderer)) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
     pace_place(pace);
-    if (count == 0) count = take_begun(queue, &pace->lost, renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, &pace->overdue, renderer, now, tiles);
     if (count == 0) count = take_begun(queue, &pace->soon, renderer, now, tiles);
     if (count == 0) count = take_begun(queue, &pace->last, renderer, now, tiles);
     return count;

@@ -48,7 +48,7 @@ void withdraw_dropped(struct queue *queue, uint32_t id)
     if (is_single(&queue->items[id]) && queue->items[id].copies == 0) take_out(queue, id);
 }
 
-void withdraw_lost(struct queue *queue)
+void withdraw_overdue(struct queue *queue)
 {
     if (!queue->withdraws || queue->pace.holders > 0) return;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {

@@ -116,7 +116,7 @@ static inline void check_holders(const struct queue *queue)
             lot = hold->lot;
         }
         assert_true(holder->count == count && holder->open == open && holder->lots == lots);
-        assert_true(queue->pace.renderers[renderer].lost ||
+        assert_true(queue->pace.renderers[renderer].is_overdue ||
                     !heap_has(&queue->pace.spare, renderer));
     }
 }
@@ -150,10 +150,10 @@ static inline void check_sums(const struct queue *queue)
         }
     }
     check_holders(queue);
-    uint32_t lost = 0;
+    uint32_t overdue = 0;
     for (uint32_t i = 0; i < queue->config.renderers; i++)
-        lost += queue->pace.renderers[i].lost;
-    assert_int_equal(queue->pace.lost_count, lost);
+        overdue += queue->pace.renderers[i].is_overdue;
+    assert_int_equal(queue->pace.overdue_count, overdue);
     assert_int_equal(queue->waiting.count, waiting);
     assert_int_equal(queue->waiting_pixels, waiting_pixels);
     assert_int_equal(queue->count.pixels_finished, finished);

@@ -139,7 +139,7 @@ static void test_late(void **state)
     assert_true(both > first + 1 && both < 1000);
     assert_false(pace_check(&pace, 0.999 * both));
     assert_true(pace_check(&pace, 1.001 * both));
-    assert_true(pace.renderers[0].lost && isinf(pace_next_late(&pace)));
+    assert_true(pace.renderers[0].is_overdue && isinf(pace_next_late(&pace)));
     pace_free(&pace);
 }
 

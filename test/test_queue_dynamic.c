@@ -85,7 +85,7 @@ static void test_takes_long(void **state)
                     report_after < 4 * predicted + pace_least(&queue->pace, 1));
         assert_true(report_after < rest / 4);
         queue_takes_long(queue, 1, first, 2e-3, seconds);
-        assert_int_equal(queue->pace.renderers[1].lost, !early);
+        assert_int_equal(queue->pace.renderers[1].is_overdue, !early);
         uint32_t count = queue_next(queue, 2, 2e-3, tiles);
         assert_true(count >= 3);
         for (uint32_t i = 0; i < 3; i++)
@@ -95,7 +95,7 @@ static void test_takes_long(void **state)
         /* The tile is known to take at least so long, which counts for its pieces and its neighbours. */
         assert_true((double)queue->items[first].seconds >= seconds * 0.999);
         queue_finish(queue, 1, first, 3e-3, 1);
-        assert_false(queue->pace.renderers[1].lost);
+        assert_false(queue->pace.renderers[1].is_overdue);
         queue_destroy(queue);
     }
 }
@@ -109,7 +109,7 @@ static void test_calm(void **state)
     struct queue *queue = begin_late(lots, 1);
     const double now = 0.5;
     queue_look(queue, now);
-    assert_int_equal(queue->pace.lost_count, 2);
+    assert_int_equal(queue->pace.overdue_count, 2);
     assert_true(queue_next(queue, 2, now, tiles) > 0);
     assert_true(queue_calm(queue, now) == 0);
     assert_true(queue_next(queue, 3, now, tiles) > 0);
@@ -153,9 +153,9 @@ static void test_late_with_probes(void **state)
     assert_true(probe_count > 0 && probes[0].pass == TILE_PROBE);
     finish_lot(queue, 0, tiles, count, 2e-3);
     queue_look(queue, 100);
-    assert_true(queue->pace.renderers[0].lost);
+    assert_true(queue->pace.renderers[0].is_overdue);
     finish_lot(queue, 0, probes, probe_count, 100);
-    assert_false(queue->settled || queue->pace.renderers[0].lost);
+    assert_false(queue->settled || queue->pace.renderers[0].is_overdue);
     assert_true(queue_next(queue, 0, 100, tiles) > 0);
     queue_destroy(queue);
 }

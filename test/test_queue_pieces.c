@@ -294,7 +294,7 @@ static bool is_broken_up(uint32_t edge, double part, double speed)
     for (uint32_t i = 0; i < others; i++)
         assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-3));
     queue_look(queue, 1e6);
-    assert_true(holder->lost && tile_pixels(&held[0]) == edge * edge);
+    assert_true(holder->is_overdue && tile_pixels(&held[0]) == edge * edge);
     holder->speed = speed; /* it does not count among those of the others */
     double rest = pace_even_end(&queue->pace, 1e-3, queue->waiting_work);
     assert_true(queue_next(queue, 1, holder->free_at + rest / (part * speed), lot) > 0);

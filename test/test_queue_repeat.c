@@ -191,7 +191,7 @@ static void test_late_gets_nothing(void **state)
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 0);
     queue_look(queue, 0.5);
-    assert_true(queue->pace.renderers[1].lost && queue->waiting.count > 0);
+    assert_true(queue->pace.renderers[1].is_overdue && queue->waiting.count > 0);
     assert_false(queue_is_full(queue, 1));
     assert_int_equal(queue_next(queue, 1, 0.5, tiles), 0);
     queue_destroy(queue);
@@ -223,7 +223,7 @@ static void test_late_behind_a_later_one(void **state)
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 1);
     queue_look(queue, 0.5);
-    assert_true(queue->pace.renderers[0].lost && queue->pace.renderers[1].lost);
+    assert_true(queue->pace.renderers[0].is_overdue && queue->pace.renderers[1].is_overdue);
     assert_true(queue->pace.renderers[0].free_at < queue->pace.renderers[1].free_at);
     assert_true(queue_next(queue, 2, 0.5, tiles) >= 3);
     for (uint32_t i = 0; i < 3; i++)

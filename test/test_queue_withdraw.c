@@ -124,7 +124,7 @@ static void test_withdraw_from_stopped(void **state)
     while (!queue->settled || queue_tile_count(queue, 2) == 0)
         take_turn(queue, 3, &seed, now += 1e-6, seen); /* nobody is late yet */
     queue_withdraw(queue);
-    assert_false(queue_complete(queue) || queue->pace.renderers[2].lost);
+    assert_false(queue_complete(queue) || queue->pace.renderers[2].is_overdue);
     for (int i = 0; i < 10000 && !queue_complete(queue); i++) {
         take_turn(queue, 2, &seed, now += 1e-3, seen);
         queue_look(queue, now);
