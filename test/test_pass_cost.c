@@ -143,6 +143,26 @@ static void test_later_passes(void **state)
     end(&it);
 }
 
+/* A tile that begins and ends within blocks counts in these alone, as often as its part in them says: no second is lost
+ * or counted twice. */
+static void test_tile_across_blocks(void **state)
+{
+    (void)state;
+    struct picture it;
+    const struct tile top = {.w = WIDTH, .h = 20, .step = 1};
+    const struct tile bottom = {.y = 20, .w = WIDTH, .h = HEIGHT - 20, .step = 1};
+    begin(&it, 0, 0);
+    pass_cost_took(it.cost, &top, 3);
+    pass_cost_took(it.cost, &bottom, 20);
+    ask(&it, &all, 2); /* as many samples again */
+    pass_cost_predict(it.cost, &it.statistics, it.next, NULL);
+    check_close(pass_cost_of(it.cost, &all), 23);
+    check_close(pass_cost_of(it.cost, &(struct tile){.w = WIDTH, .h = 16}), 3 * 16.0 / 20);
+    check_close(pass_cost_of(it.cost, &(struct tile){.y = 32, .w = WIDTH, .h = HEIGHT - 32}),
+                20 * (HEIGHT - 32.0) / (HEIGHT - 20));
+    end(&it);
+}
+
 /* Where the clock has seen nothing, the mean of the picture counts; if it has never seen anything, nothing is known. */
 static void test_unseen_time(void **state)
 {
@@ -166,6 +186,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_places),
         cmocka_unit_test(test_later_passes),
+        cmocka_unit_test(test_tile_across_blocks),
         cmocka_unit_test(test_unseen_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
