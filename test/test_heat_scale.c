@@ -98,15 +98,29 @@ static void test_ticks_and_labels(void **state)
     canvas_free(&canvas);
 }
 
+/* 20 ms to 20 s: neither end is a power of ten, and some labels are of whole seconds. */
+static void test_ticks_of_seconds(void **state)
+{
+    (void)state;
+    struct canvas canvas = drawn(WIDTH, (struct heat_range){0.02, 20});
+    static const uint32_t ticks[] = {2, 44, 75, 107, 149, 180, 212, 254, 285, 317};
+    assert_int_equal(ticks_of(&canvas), sizeof ticks / sizeof *ticks);
+    for (size_t i = 0; i < sizeof ticks / sizeof *ticks; i++)
+        assert_true(is_ink(&canvas, ticks[i], TICK_ROW));
+    assert_label(&canvas, ticks[1] - (dots_text_width("50ms") - 1) / 2, "50ms");
+    assert_label(&canvas, ticks[8] - (dots_text_width("10s") - 1) / 2, "10s");
+    canvas_free(&canvas);
+}
+
 static void test_digits_and_units(void **state)
 {
     (void)state;
     static const struct {
         double lowest;
         const char *text;
-    } cases[] = {{3e-15, "3e-06ns"}, {3.14e-10, "0.31ns"}, {9.949e-9, "9.9ns"},
-                 {9.951e-9, "10ns"}, {9.994e-7, "999ns"},  {9.996e-7, "1us"},
-                 {0.00047, "470us"}, {0.25, "250ms"},      {86400, "86400s"}};
+    } cases[] = {{3e-15, "3e-06ns"},  {3.14e-10, "0.31ns"}, {9.949e-9, "9.9ns"}, {9.951e-9, "10ns"},
+                 {9.994e-7, "999ns"}, {9.996e-7, "1us"},    {0.9995, "1s"},      {0.00047, "470us"},
+                 {0.25, "250ms"},     {86400, "86400s"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct canvas canvas =
             drawn(WIDTH, (struct heat_range){cases[i].lowest, 1e3 * cases[i].lowest});
@@ -159,6 +173,7 @@ int main(void)
         cmocka_unit_test(test_picture_is_unchanged),
         cmocka_unit_test(test_bar_is_from_black_to_white),
         cmocka_unit_test(test_ticks_and_labels),
+        cmocka_unit_test(test_ticks_of_seconds),
         cmocka_unit_test(test_digits_and_units),
         cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_extremes),
