@@ -31,6 +31,7 @@ static void test_short_are_left_out(void **state)
     (void)state;
     assert_text(&(struct run_times){.load = 100, .build = 1.1},
                 "loading 100 s, building the BVH 1.1 s");
+    assert_text(&(struct run_times){.load = 99, .build = 1}, "loading 99 s, building the BVH 1 s");
     assert_text(&(struct run_times){.load = 100, .build = 0.9}, "loading 100 s");
 }
 
