@@ -70,25 +70,64 @@ static struct span span_of(const struct subject *subject, struct vec3 axis, doub
     return (struct span){(support[0] - support[1]) / 2, support[0] / 2 + support[1] / 2};
 }
 
+/* How far the scene reaches towards the eye. */
+static double front_of(const struct subject *subject)
+{
+    double support = 0;
+    builder_support(subject->builder, subject->middle, 1, &subject->back, &support);
+    return support;
+}
+
 /* The scene is centred when the margins to its left and right differ by less than this part of its width in the
  * picture. */
 #define OFF_CENTRE 1e-4
 
+/* Finding a slope between two: at the lower one half is larger than slope distance, at the higher one smaller. */
+struct search {
+    double low, above;  /* a slope; half - slope distance there */
+    double high, below; /* a slope; slope distance - half there */
+    bool was_high;      /* which of the two was found last */
+};
+
+static double next_slope(const struct search *it)
+{
+    return it->low + (it->high - it->low) * (it->above / (it->above + it->below));
+}
+
+/* The Illinois method (M. Dowell and P. Jarratt, "A Modified Regula Falsi Method", BIT 11, 1971): where the same end is
+ * found twice, the other end's value is halved, as that end would hardly move otherwise. off: slope distance - half. */
+static void search_on(struct search *it, double slope, double off)
+{
+    bool is_high = off > 0, again = is_high == it->was_high;
+    if (is_high) {
+        it->high = slope, it->below = off;
+        if (again) it->above /= 2;
+    } else {
+        it->low = slope, it->above = -off;
+        if (again) it->below /= 2;
+    }
+    it->was_high = is_high;
+}
+
 /*
  * The eye_x at which the scene is centred as seen from this distance, which is more than the slope asks for
  * where the picture is filled along its other axis. The scene then fills a picture of a smaller slope, for which
- * half = slope distance. As half is convex in the slope, a straight line to it from slope 0 yields a slope that
- * is still too large, or the solution; iterating this converges in a few steps.
+ * half = slope distance. Half is convex in the slope, so there is one such slope. What a slope is off by is seen
+ * at the depth of some point, which is at least that of the nearest one.
  */
 static double centred(const struct subject *subject, struct vec3 axis, double slope,
                       struct span span, double distance)
 {
-    double excess = slope * distance - span.half, half = 0;
-    for (int i = 0; i < 40 && excess > OFF_CENTRE * span.half; i++) {
-        if (i == 0) half = span_of(subject, axis, 0).half;
-        slope *= half / (half + excess);
+    double enough = OFF_CENTRE * (distance - front_of(subject));
+    struct search search = {.high = slope, .below = slope * distance - span.half};
+    if (!(search.below > enough * slope)) return span.eye_x;
+    search.above = span_of(subject, axis, 0).half;
+    for (int i = 0; i < 40; i++) {
+        slope = next_slope(&search);
         span = span_of(subject, axis, slope);
-        excess = slope * distance - span.half;
+        double off = slope * distance - span.half;
+        if (fabs(off) <= enough * slope) break;
+        search_on(&search, slope, off);
     }
     return span.eye_x;
 }

@@ -1,0 +1,239 @@
+/* Tests of the camera and the lights of scenes that have none. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/framing.h"
+#include "master/view.h"
+
+#define DEGREE (M_PI / 180)
+
+static void check_near(struct vec3 v, struct vec3 expected, double error)
+{
+    assert_true(vec_length(vec_sub(v, expected)) <= error);
+}
+
+static struct builder *box_of(struct vec3 min, struct vec3 max)
+{
+    struct builder *builder = builder_create();
+    const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+    uint32_t index;
+    assert_null(builder_add_material(builder, &material, &index));
+    assert_null(builder_add_box(builder, &(struct box){.min = min, .max = max}));
+    return builder;
+}
+
+/* Three vertices in one place. */
+static struct builder *point_of(struct vec3 point)
+{
+    struct builder *builder = builder_create();
+    const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+    struct triangle triangle = {.material = 0};
+    uint32_t index;
+    assert_null(builder_add_material(builder, &material, &index));
+    for (int k = 0; k < 3; k++)
+        assert_null(builder_add_vertex(builder, point, &triangle.vertex[k]));
+    assert_null(builder_add_triangle(builder, &triangle));
+    return builder;
+}
+
+static struct builder *floor_of(double y)
+{
+    struct builder *builder = builder_create();
+    const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+    uint32_t index;
+    assert_null(builder_add_material(builder, &material, &index));
+    assert_null(builder_add_plane(
+        builder, &(struct plane){.point = vec3(0, y, 0), .normal = vec3(0, 1, 0)}));
+    return builder;
+}
+
+/* The camera of a scene, which is freed, with `up` and, unless it is NULL, look_at. */
+static struct settings framed(struct builder *builder, struct vec3 up, const struct vec3 *look_at)
+{
+    struct settings settings;
+    settings_init(&settings);
+    settings.camera.up = up;
+    if (look_at) settings.camera.look_at = *look_at;
+    frame_scene(builder, &settings, false, look_at != NULL);
+    builder_destroy(builder);
+    settings_free(&settings);
+    return settings;
+}
+
+static struct vec3 back_of(const struct settings *settings)
+{
+    return vec_sub(settings->camera.eye, settings->camera.look_at);
+}
+
+/* Where the eye of a cube is, seen from where it looks. */
+static struct vec3 way_to_eye(struct vec3 up)
+{
+    struct settings settings = framed(box_of(vec3(-1, -1, -1), vec3(1, 1, 1)), up, NULL);
+    return vec_normalize(back_of(&settings));
+}
+
+/* The eye is 30 degrees to the right and 20 degrees above what is in front: +z where up is y, -y where up is z. */
+static void test_three_quarter_view(void **state)
+{
+    (void)state;
+    double right = cos(20 * DEGREE) * sin(30 * DEGREE), up = sin(20 * DEGREE);
+    double ahead = cos(20 * DEGREE) * cos(30 * DEGREE);
+    check_near(way_to_eye(vec3(0, 1, 0)), vec3(right, up, ahead), 1e-12);
+    check_near(way_to_eye(vec3(0, 0, 1)), vec3(right, -ahead, up), 1e-12);
+    check_near(way_to_eye(vec3(0, -1, 0)), vec3(-right, -up, ahead), 1e-12);
+    check_near(way_to_eye(vec3(0, 0, -1)), vec3(-right, -ahead, -up), 1e-12);
+    check_near(way_to_eye(vec3(1, 0, 0)), vec3(up, -right, ahead), 1e-12);
+    for (int degrees = 0; degrees <= 90; degrees += 10) { /* from y towards z */
+        double c = cos(degrees * DEGREE), s = sin(degrees * DEGREE);
+        struct vec3 eye = vec3(right, up * c - ahead * s, up * s + ahead * c);
+        check_near(way_to_eye(vec3(0, c, s)), eye, 1e-12);
+    }
+}
+
+/* From where to where in the picture points are: -1 to 1 are its edges. */
+struct extent {
+    double least, most;
+};
+
+/* The corners of a box. */
+static struct extent extent_of(const struct settings *settings, struct vec3 min, struct vec3 max,
+                               bool upward)
+{
+    struct vec3 back = vec_normalize(back_of(settings));
+    struct vec3 right = vec_normalize(vec_cross(settings->camera.up, back));
+    struct vec3 axis = upward ? vec_cross(back, right) : right;
+    double half = view_half_height(settings->camera.fov);
+    if (!upward) half *= (double)settings->image.width / settings->image.height;
+    struct extent extent = {HUGE_VAL, -HUGE_VAL};
+    for (int c = 0; c < 8; c++) {
+        struct vec3 corner =
+            vec3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z);
+        struct vec3 d = vec_sub(corner, settings->camera.eye);
+        double at = vec_dot(d, axis) / -vec_dot(d, back) / half;
+        extent.least = fmin(extent.least, at);
+        extent.most = fmax(extent.most, at);
+    }
+    return extent;
+}
+
+static bool is_centred(struct extent extent)
+{
+    return fabs(extent.least + extent.most) < 1e-4 * (extent.most - extent.least);
+}
+
+/* Scenes of any shape are in the middle and fill the picture up to its margin, however wide the view is. */
+static void test_middle(void **state)
+{
+    (void)state;
+    static const double fovs[] = {1, 45, 90, 130};
+    static const struct vec3 sizes[] = {
+        {1, 1, 1}, {100, 1, 1}, {1, 100, 1}, {1, 1, 100}, {50, 1, 100}};
+    for (size_t i = 0; i < sizeof fovs / sizeof *fovs; i++)
+        for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+            struct vec3 min = vec3(7, 8, 9), max = vec_add(min, sizes[k]);
+            struct builder *builder = box_of(min, max);
+            struct settings settings;
+            settings_init(&settings);
+            settings.camera.fov = fovs[i];
+            frame_scene(builder, &settings, false, false);
+            struct extent x = extent_of(&settings, min, max, false);
+            struct extent y = extent_of(&settings, min, max, true);
+            assert_true(is_centred(x) && is_centred(y));
+            double most = fmax(x.most - x.least, y.most - y.least);
+            assert_true(fabs(most - 2 / 1.1) < 1e-9);
+            settings_free(&settings);
+            builder_destroy(builder);
+        }
+}
+
+/* A look_at that was set stays, and the scene touches the margin on the side on which most of it is. */
+static void test_look_at(void **state)
+{
+    (void)state;
+    const struct vec3 min = vec3(-1, -1, -1), max = vec3(1, 1, 1);
+    static const struct vec3 aims[] = {{-2, 0, 1}, {2, 0, -1}, {0, 3, 0}, {0, -3, 0}};
+    for (size_t i = 0; i < 4; i++) {
+        struct settings settings = framed(box_of(min, max), vec3(0, 1, 0), &aims[i]);
+        assert_true(vec_length(vec_sub(settings.camera.look_at, aims[i])) == 0);
+        struct extent x = extent_of(&settings, min, max, false);
+        struct extent y = extent_of(&settings, min, max, true);
+        const double touched[] = {x.most, -x.least, -y.least, y.most};
+        assert_true(fabs(touched[i] - 1 / 1.1) < 1e-9);
+        for (size_t k = 0; k < 4; k++)
+            assert_true(touched[k] <= touched[i]);
+    }
+}
+
+/* The eye is at a distance of 1 from a single point and where the scene is behind look_at; where there are only planes,
+ * what is 1 above look_at is at the margin. */
+static void test_no_extent(void **state)
+{
+    (void)state;
+    const struct vec3 up = vec3(0, 1, 0), before = vec3(300, 200, 500);
+    struct settings settings = framed(point_of(vec3(4, 5, 6)), up, NULL);
+    check_near(settings.camera.look_at, vec3(4, 5, 6), 0);
+    assert_true(fabs(vec_length(back_of(&settings)) - 1) < 1e-12);
+    settings = framed(box_of(vec3(-1, -1, -1), vec3(1, 1, 1)), up, &before);
+    assert_true(fabs(vec_length(back_of(&settings)) - 1) < 1e-12);
+    settings = framed(floor_of(-3), up, NULL);
+    check_near(settings.camera.look_at, vec3(0, 0, 0), 0);
+    double slope = view_half_height(settings.camera.fov) / 1.1;
+    assert_true(fabs(vec_length(back_of(&settings)) * slope - 1) < 1e-12);
+}
+
+/* An eye that was set stays; it looks at the middle of the scene's box unless it is to look elsewhere. */
+static void test_eye(void **state)
+{
+    (void)state;
+    struct builder *builder = box_of(vec3(0, 0, 0), vec3(2, 4, 6));
+    struct settings settings;
+    settings_init(&settings);
+    settings.camera.eye = vec3(9, 9, 9);
+    frame_scene(builder, &settings, true, false);
+    check_near(settings.camera.eye, vec3(9, 9, 9), 0);
+    check_near(settings.camera.look_at, vec3(1, 2, 3), 0);
+    settings.camera.look_at = vec3(7, 7, 7);
+    frame_scene(builder, &settings, true, true);
+    check_near(settings.camera.eye, vec3(9, 9, 9), 0);
+    check_near(settings.camera.look_at, vec3(7, 7, 7), 0);
+    settings_free(&settings);
+    builder_destroy(builder);
+}
+
+/* The lights keep their places beside the eye: the warm key light on the right, twice as bright as the bluish one that
+ * fills the shadows from the left, and more from above. */
+static void test_shoulder_lights(void **state)
+{
+    (void)state;
+    struct settings settings;
+    struct light lights[2];
+    settings_init(&settings);
+    settings.camera.eye = vec3(1, 2, 13);
+    settings.camera.look_at = vec3(1, 2, 3);
+    shoulder_lights(&settings, lights);
+    check_near(lights[0].position, vec3(1 + 6, 2 + 9, 13), 1e-12);
+    check_near(lights[1].position, vec3(1 - 12, 2 + 2, 13), 1e-12);
+    assert_true(lights[0].color.x > lights[0].color.y && lights[0].color.y > lights[0].color.z);
+    assert_true(lights[1].color.x < lights[1].color.y && lights[1].color.y < lights[1].color.z);
+    assert_true(lights[0].color.y > 2 * lights[1].color.y);
+    settings_free(&settings);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_three_quarter_view),
+
+        cmocka_unit_test(test_middle),
+        cmocka_unit_test(test_look_at),
+        cmocka_unit_test(test_no_extent),
+        cmocka_unit_test(test_eye),
+        cmocka_unit_test(test_shoulder_lights),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
