@@ -11,34 +11,33 @@ struct frame {
     struct vec3 right, up, back; /* orthonormal; back points from the scene to the eye */
 };
 
-/* Any direction that is not along the unit vector. */
-static struct vec3 across(struct vec3 unit)
+/* The direction that is up, as a unit vector of which no product overflows or loses digits. 0 is refused later
+ * (master/load_checks.c), until then it stands for y. */
+static struct vec3 upward(const struct settings *settings)
 {
-    return fabs(unit.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0);
+    struct vec3 up = settings->camera.up;
+    return vec_is_zero(up) ? vec3(0, 1, 0) : vec_normalize(up);
 }
 
+/* up: a unit vector that is not along back. */
 static struct frame frame_of(struct vec3 back, struct vec3 up)
 {
     struct frame frame;
     frame.back = vec_normalize(back);
-    struct vec3 right = vec_cross(up, frame.back);
-    if (vec_is_zero(right)) right = vec_cross(across(frame.back), frame.back);
-    frame.right = vec_normalize(right);
+    frame.right = vec_normalize(vec_cross(up, frame.back));
     frame.up = vec_cross(frame.back, frame.right);
     return frame;
 }
 
-/* The direction to an eye in front, 30 degrees to the right and 20 degrees above. */
+/* The direction to an eye in front, 30 degrees to the right and 20 degrees above. up: a unit vector. */
 static struct vec3 three_quarter_view(struct vec3 up)
 {
-    struct vec3 vertical =
-        vec_is_zero(up) || !vec_is_finite(up) ? vec3(0, 1, 0) : vec_normalize(up);
     /* "In front" is z where up is y, and -y where up is z. */
-    struct vec3 ahead = fabs(vertical.z) > 0.7 ? vec3(0, -1, 0) : vec3(0, 0, 1);
-    struct frame ground = frame_of(ahead, vertical);
-    struct vec3 level = vec_add_scaled(vec_scale(vec_cross(ground.right, vertical), cos(M_PI / 6)),
+    struct vec3 ahead = fabs(up.z) > 0.7 ? vec3(0, -1, 0) : vec3(0, 0, 1);
+    struct frame ground = frame_of(ahead, up);
+    struct vec3 level = vec_add_scaled(vec_scale(vec_cross(ground.right, up), cos(M_PI / 6)),
                                        ground.right, sin(M_PI / 6));
-    return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), vertical, sin(M_PI / 9));
+    return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), up, sin(M_PI / 9));
 }
 
 /* The scene, and the direction that it is seen from. */
@@ -162,7 +161,8 @@ void frame_scene(const struct builder *builder, struct settings *settings, bool 
     struct vec3 middle = any ? vec_add(vec_scale(min, 0.5), vec_scale(max, 0.5)) : vec3(0, 0, 0);
     if (!has_look_at) settings->camera.look_at = middle;
     if (has_eye) return;
-    struct frame frame = frame_of(three_quarter_view(settings->camera.up), settings->camera.up);
+    struct vec3 up = upward(settings);
+    struct frame frame = frame_of(three_quarter_view(up), up);
     struct subject subject = {builder, settings->camera.look_at, frame.back, has_look_at};
     place_camera(&subject, &frame, settings);
 }
@@ -171,7 +171,7 @@ void shoulder_lights(const struct settings *settings, struct light lights[2])
 {
     struct vec3 eye = settings->camera.eye;
     struct vec3 back = vec_sub(eye, settings->camera.look_at);
-    struct frame frame = frame_of(back, settings->camera.up);
+    struct frame frame = frame_of(back, upward(settings));
     double distance = vec_length(back);
     struct vec3 key = vec_add_scaled(eye, frame.right, 0.6 * distance);
     struct vec3 fill = vec_add_scaled(eye, frame.right, -1.2 * distance);

@@ -95,6 +95,32 @@ static void test_three_quarter_view(void **state)
     }
 }
 
+/* How long the vector is does not matter, from the smallest to the largest double. */
+static void test_any_length_of_up(void **state)
+{
+    (void)state;
+    static const double scales[] = {0x1p-1070, 0x1p-500, 3, 0x1p500, 0x1.8p1023};
+    struct vec3 expected = way_to_eye(vec3(-1, 1, 1));
+    for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
+        struct vec3 up = vec3(-scales[i], scales[i], scales[i]);
+        check_near(way_to_eye(up), expected, 1e-15);
+        struct settings settings;
+        struct light lights[2], plain[2];
+        settings_init(&settings);
+        settings.camera.eye = vec3(1, 2, 9);
+        settings.camera.look_at = vec3(1, 1, 1);
+        settings.camera.up = vec3(-1, 1, 1);
+        shoulder_lights(&settings, plain);
+        settings.camera.up = up;
+        shoulder_lights(&settings, lights);
+        check_near(lights[0].position, plain[0].position, 1e-14);
+        check_near(lights[1].position, plain[1].position, 1e-14);
+        settings_free(&settings);
+    }
+    /* Of a zero, which is refused later, the message should not be about the eye. */
+    check_near(way_to_eye(vec3(0, 0, 0)), way_to_eye(vec3(0, 1, 0)), 0);
+}
+
 /* From where to where in the picture points are: -1 to 1 are its edges. */
 struct extent {
     double least, most;
@@ -228,7 +254,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_three_quarter_view),
-
+        cmocka_unit_test(test_any_length_of_up),
         cmocka_unit_test(test_middle),
         cmocka_unit_test(test_look_at),
         cmocka_unit_test(test_no_extent),
