@@ -308,7 +308,7 @@ static void test_scenes_of_any_size(void **state)
 /* A triangle of any shape and size, such as a needle, or one that is far away. */
 static void any_corners(uint64_t *random, struct vec3 corner[3])
 {
-    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -150, 150));
+    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -330, 330));
     double thin = pow(10, -random_between(random, 0, random_below(random, 2) ? 12 : 0));
     struct vec3 a = random_vector(random, 2), along = random_vector(random, 1);
     if (random_below(random, 4) == 0) a = vec_scale(a, pow(10, random_between(random, 0, 9)));
@@ -336,11 +336,27 @@ static struct ray any_ray(uint64_t *random, const struct vec3 corner[3])
 }
 
 /* A rough hit that nearest_rough() might give for a hit of nearest(). */
-static struct hit roughened(uint64_t *random, const struct hit *hit)
+static struct hit roughened(uint64_t *random, const struct hit *hit, double v)
 {
     double off = hit->t * pow(10, -random_between(random, 0, 15));
     double t = hit->t + off * random_between(random, -0.99, 0.99);
-    return (struct hit){t, off, WEIGHT_UNKNOWN, hit->primitive, 0, 0};
+    return (struct hit){t, off, v, hit->primitive, 0, 0};
+}
+
+/* Moves a triangle and a ray to it so that the ray starts next to the scene's origin, and the triangle is large beside
+ * all of the ray's coordinates. Directions often have components of the same size. */
+static void move_to_origin(uint64_t *random, struct vec3 corner[3], struct ray *ray)
+{
+    double near = pow(10, -random_between(random, 0, 17)), size = vec_largest(corner[1]);
+    struct vec3 d = ray->direction, to = vec_add(ray->origin, d);
+    for (unsigned k = 0; k < 3; k++)
+        corner[k] = vec_sub(corner[k], to);
+    struct vec3 normal = vec_cross(vec_sub(corner[1], corner[0]), vec_sub(corner[2], corner[0]));
+    if (random_below(random, 2) && vec_largest(normal) > 0) d = vec_normalize(normal);
+    if (random_below(random, 2)) d.y = copysign(d.x, d.y);
+    if (random_below(random, 2)) d.z = copysign(d.y, d.z);
+    ray->direction = d;
+    ray->origin = vec_scale(d, -near * size / vec_largest(d));
 }
 
 static void compare_corners(uint64_t *random, unsigned *found)
@@ -355,13 +371,15 @@ static void compare_corners(uint64_t *random, unsigned *found)
         struct vec3 corner[3];
         any_corners(random, corner);
         rays[i] = any_ray(random, corner);
+        if (random_below(random, 4) == 0) move_to_origin(random, corner, &rays[i]);
         add_triangle(builder, corner[0], corner[1], corner[2], 0);
     }
     struct scene *scene = finish_scene(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         struct hit any = {1, 1, WEIGHT_UNKNOWN, primitive_id(PRIMITIVE_TRIANGLE, i), 0, 0};
         hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
-        if (hits[i].primitive != PRIMITIVE_NONE) rough[i] = roughened(random, &hits[i]);
+        if (hits[i].primitive != PRIMITIVE_NONE)
+            rough[i] = roughened(random, &hits[i], WEIGHT_UNKNOWN);
     }
     compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
     *found += points.count;
@@ -377,6 +395,66 @@ static void test_any_triangles(void **state)
     for (unsigned i = 0; i < waves; i++)
         compare_corners(&random, &found);
     assert_true(found > waves * WAVE / 2);
+}
+
+/* A sphere of any size, often far from the scene's origin. */
+static struct sphere any_sphere(uint64_t *random)
+{
+    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -230, 230));
+    double away = random_below(random, 2) ? pow(10, random_between(random, 0, 12)) : 1;
+    return (struct sphere){.center = random_vector(random, away * size),
+                           .radius = random_between(random, 0.5, 2) * size,
+                           .inside_only = (uint32_t)random_below(random, 4) == 0};
+}
+
+/* A ray that passes the centre at any distance up to the radius, where it is a tangent up to rounding; from near, from
+ * far or from inside. */
+static struct ray ray_by(uint64_t *random, const struct sphere *sphere)
+{
+    struct vec3 way = vec_normalize(random_vector(random, 1));
+    struct vec3 aside = vec_normalize(vec_cross(way, random_vector(random, 1)));
+    double inward = ldexp(random_between(random, 0.5, 1), random_exponent(random, -60, 0));
+    double from = random_between(random, -1, 1) * pow(10, random_between(random, 0, 9));
+    struct vec3 past = vec_add_scaled(sphere->center, aside, sphere->radius * (1 - inward));
+    double speed = ldexp(sphere->radius, random_exponent(random, -30, 30));
+    if (random_below(random, 8) == 0) speed = ldexp(1, random_exponent(random, -230, 230));
+    return ray_along(vec_add_scaled(past, way, from * sphere->radius), vec_scale(way, speed));
+}
+
+static void compare_spheres(uint64_t *random, unsigned *found)
+{
+    static struct points points;
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    struct hit hits[WAVE], rough[WAVE];
+    uint64_t exact = 0;
+    add_materials(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct sphere sphere = any_sphere(random);
+        rays[i] = ray_by(random, &sphere);
+        assert_added(builder_add_sphere(builder, &sphere));
+    }
+    struct scene *scene = finish_scene(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct hit any = {1, 1, 0, primitive_id(PRIMITIVE_SPHERE, i), 0, 0};
+        hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
+        if (hits[i].primitive != PRIMITIVE_NONE && random_below(random, 2))
+            rough[i] = roughened(random, &hits[i], 0);
+    }
+    compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
+    *found += points.count;
+    free(scene);
+}
+
+/* Spheres that are just touched, and spheres of sizes for which single points need scaling. */
+static void test_any_spheres(void **state)
+{
+    (void)state;
+    uint64_t random = 106;
+    unsigned found = 0, waves = 300;
+    for (unsigned i = 0; i < waves; i++)
+        compare_spheres(&random, &found);
+    assert_true(found > waves * WAVE / 4);
 }
 
 static struct vec3 lattice_point(uint64_t *random, double size)
@@ -541,6 +619,7 @@ int main(void)
         cmocka_unit_test(test_far_scenes),
         cmocka_unit_test(test_scenes_of_any_size),
         cmocka_unit_test(test_any_triangles),
+        cmocka_unit_test(test_any_spheres),
         cmocka_unit_test(test_flats_from_the_edge),
         cmocka_unit_test(test_sample_rays),
     };

@@ -285,7 +285,8 @@ static inline void put_triangle(struct points *points, uint32_t i, const struct 
     bool sure = points->sure[i] != 0;
     sure &= !may_move_inward(points->u[i], points->v[i], across, triangle_size(a, b, c),
                              vec_largest(place_rounded(place)));
-    put_surface(points, i, place, plain_unit(across, &sure), sure);
+    struct vec3 normal = plain_unit(across, &sure);
+    put_surface(points, i, place, normal, sure);
 }
 
 static inline void find_far_triangle(struct points *points, uint32_t i)
