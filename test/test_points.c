@@ -27,19 +27,26 @@ static double some_length(const struct recipe *recipe)
     return recipe->scale * pow(10, random_between(recipe->random, -3, 0.3));
 }
 
-static void add_materials(struct builder *builder)
+static void make_materials(struct material materials[MATERIALS])
 {
     const double shininess[MATERIALS] = {0, 1, 20, 1e4, 1e9};
+    for (uint32_t m = 0; m < MATERIALS; m++)
+        materials[m] = (struct material){.color = {0.9, 0.5, 0.3},
+                                         .diffuse = 0.1 * m,
+                                         .specular = m % 2 ? 0.5 : 0,
+                                         .shininess = shininess[m],
+                                         .reflection = 0.3,
+                                         .transmission = 0.4,
+                                         .ior = m ? 0.8 + 0.2 * m : 1e120};
+}
+
+static void add_materials(struct builder *builder)
+{
+    struct material materials[MATERIALS];
+    make_materials(materials);
     for (uint32_t m = 0; m < MATERIALS; m++) {
-        struct material material = {.color = {0.9, 0.5, 0.3},
-                                    .diffuse = 0.1 * m,
-                                    .specular = m % 2 ? 0.5 : 0,
-                                    .shininess = shininess[m],
-                                    .reflection = 0.3,
-                                    .transmission = 0.4,
-                                    .ior = m ? 0.8 + 0.2 * m : 1e120};
         uint32_t index;
-        assert_added(builder_add_material(builder, &material, &index));
+        assert_added(builder_add_material(builder, &materials[m], &index));
     }
 }
 
@@ -56,9 +63,12 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
     struct cone cone = {p, q, some_length(recipe), some_length(recipe), material, 1};
     struct sphere shell = {p, some_length(recipe), material, 1};
     struct patch patch = {.material = material};
+    struct box box = {.min = p,
+                      .max = vec_add(p, vec3(some_length(recipe), some_length(recipe), 1)),
+                      .material = material};
     struct disc disc = {p, vec_normalize(random_vector(random, 1)), some_length(recipe), material,
                         0};
-    switch (random_below(random, 7)) {
+    switch (random_below(random, 9)) {
     case 0:
         add_triangle(builder, p, q, r, material);
         break;
@@ -82,6 +92,18 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
         break;
     case 5:
         assert_added(builder_add_disc(builder, &disc));
+        break;
+    case 6:
+        box.max.z = p.z + some_length(recipe);
+        assert_added(builder_add_box(builder, &box));
+        break;
+    case 7: /* its vertex normals lie in it */
+        q.z = r.z = p.z;
+        for (unsigned k = 0; k < 3; k++) {
+            patch.vertex[k] = add_vertex(builder, k == 0 ? p : k == 1 ? q : r);
+            patch.normal[k] = add_normal(builder, k == 0 ? vec3(1, 0, 0) : vec3(0, 1, 0));
+        }
+        assert_added(builder_add_patch(builder, &patch));
         break;
     default:
         add_sphere(builder, p, some_length(recipe), material);
@@ -156,16 +178,27 @@ static void compare_points(const struct scene *scene, const struct bvh *bvh, con
         compare_point(scene, bvh, &rays[points->slot[i]], &hits[points->slot[i]], points, i);
 }
 
-/* A light near or far, or in the mirror direction, where the highlight is. */
+/* A light near or far, or in the mirror direction, where the highlight is, or in some horizontal surface. */
 static struct light some_light(const struct recipe *recipe, const struct points *points)
 {
     struct light light = {.position = some_point(recipe), .color = {1, 0.5, 2}};
     struct shading_point at = points_get(points, random_below(recipe->random, points->count));
-    unsigned choice = random_below(recipe->random, 3);
-    double way = recipe->scale * pow(10, random_between(recipe->random, -3, 6));
+    unsigned choice = random_below(recipe->random, 4);
+    double way = recipe->scale * pow(10, random_between(recipe->random, -20, 6));
+    if (choice == 3) light.position.z = at.point.z;
     if (choice == 1) light.position = vec_add_scaled(at.point, reflect(&at), way);
     if (choice == 2) light.position = vec_scale(light.position, 1e6);
     return light;
+}
+
+static void compare_lit(const struct points *points, struct lit *lit)
+{
+    points_light(points, lit);
+    for (uint32_t i = 0; i < lit->count; i++) {
+        struct shading_point at = points_get(points, lit->point[i]);
+        assert_same_vector(lane(&lit->color, i),
+                           shade_light(&at, lane(&lit->to_light, i), lane(&lit->strength, i)));
+    }
 }
 
 static void compare_lights(const struct recipe *recipe, const struct points *points)
@@ -182,27 +215,26 @@ static void compare_lights(const struct recipe *recipe, const struct points *poi
         if (faced.faces[i] == 0) continue;
         assert_same_vector(lane(&faced.to_light, i), to_light);
         assert_true(faced.end[i] >= 0 && faced.end[i] <= 1);
+        if (points->formulas == FORMULAS_PAPER) assert_true(faced.end[i] == 1);
         lit.point[lit.count] = i;
         set_lane(&lit.to_light, lit.count, to_light);
         set_lane(&lit.strength, lit.count++, light.color);
     }
-    points_light(points, &lit);
-    for (uint32_t i = 0; i < lit.count; i++) {
-        struct shading_point at = points_get(points, lit.point[i]);
-        assert_same_vector(lane(&lit.color, i),
-                           shade_light(&at, lane(&lit.to_light, i), light.color));
-    }
+    compare_lit(points, &lit);
 }
 
-static void compare_secondary(const struct recipe *recipe, const struct points *points,
+static void compare_secondary(uint64_t *random, const struct points *points,
                               struct secondary_rays *secondary)
 {
-    const double indices[] = {1, 1.5, 1.0000000000000002, 3, 1e-200};
+    const double indices[] = {1, 1.5, 1.0000000000000002, 3, 1e-200, 2e-200, 1e-150, 1e150};
     secondary->count = points->count;
     for (uint32_t i = 0; i < points->count; i++) {
         secondary->point[i] = i;
-        secondary->from[i] = indices[random_below(recipe->random, 5)];
-        secondary->to[i] = indices[random_below(recipe->random, 5)];
+        double cosine = vec_dot(lane(&points->view, i), lane(&points->normal, i));
+        double critical = sqrt(1 - cosine * cosine) * (1 + 1e-16 * random_between(random, -9, 9));
+        secondary->from[i] = indices[random_below(random, 8)];
+        secondary->to[i] = random_below(random, 4) ? indices[random_below(random, 8)]
+                                                   : critical * secondary->from[i];
     }
     points_refract(points, secondary);
     for (uint32_t i = 0; i < points->count; i++) {
@@ -248,7 +280,7 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
         compare_points(scene, bvh, rays, rough, hits, count, &points);
         if (points.count == 0) break;
         compare_lights(recipe, &points);
-        compare_secondary(recipe, &points, &secondary);
+        compare_secondary(recipe->random, &points, &secondary);
         count = points.count;
         found += count;
         for (uint32_t i = 0; i < count; i++) {
@@ -359,7 +391,18 @@ static void move_to_origin(uint64_t *random, struct vec3 corner[3], struct ray *
     ray->origin = vec_scale(d, -near * size / vec_largest(d));
 }
 
-static void compare_corners(uint64_t *random, unsigned *found)
+/* Makes a ray start at this many times the triangle's size from the point that it is aimed at. */
+static void move_away(double times, const struct vec3 corner[3], struct ray *ray)
+{
+    double size =
+        vec_largest(vec_sub(corner[1], corner[0])) + vec_largest(vec_sub(corner[2], corner[0]));
+    struct vec3 to = vec_add(ray->origin, ray->direction);
+    double scale = times * size / vec_largest(ray->direction);
+    *ray = ray_to(vec_add_scaled(to, ray->direction, -scale), to);
+}
+
+/* least: rays start at least at this many times the triangles' sizes from them; 0: anywhere. */
+static void compare_corners(uint64_t *random, double least, unsigned *found)
 {
     static struct points points;
     struct builder *builder = builder_create();
@@ -371,7 +414,10 @@ static void compare_corners(uint64_t *random, unsigned *found)
         struct vec3 corner[3];
         any_corners(random, corner);
         rays[i] = any_ray(random, corner);
-        if (random_below(random, 4) == 0) move_to_origin(random, corner, &rays[i]);
+        if (least > 0)
+            move_away(least * pow(10, random_between(random, 0, 1)), corner, &rays[i]);
+        else if (random_below(random, 4) == 0)
+            move_to_origin(random, corner, &rays[i]);
         add_triangle(builder, corner[0], corner[1], corner[2], 0);
     }
     struct scene *scene = finish_scene(builder);
@@ -393,7 +439,18 @@ static void test_any_triangles(void **state)
     uint64_t random = 104;
     unsigned found = 0, waves = 1000;
     for (unsigned i = 0; i < waves; i++)
-        compare_corners(&random, &found);
+        compare_corners(&random, 0, &found);
+    assert_true(found > waves * WAVE / 2);
+}
+
+/* Waves whose rays all come from afar, or all but one or a few. */
+static void test_triangles_from_afar(void **state)
+{
+    (void)state;
+    uint64_t random = 107;
+    unsigned found = 0, waves = 300;
+    for (unsigned i = 0; i < waves; i++)
+        compare_corners(&random, i % 2 ? 0.6 : random_between(&random, 0.98, 1.02), &found);
     assert_true(found > waves * WAVE / 2);
 }
 
@@ -404,7 +461,16 @@ static struct sphere any_sphere(uint64_t *random)
     double away = random_below(random, 2) ? pow(10, random_between(random, 0, 12)) : 1;
     return (struct sphere){.center = random_vector(random, away * size),
                            .radius = random_between(random, 0.5, 2) * size,
-                           .inside_only = (uint32_t)random_below(random, 4) == 0};
+                           .inside_only = random_below(random, 4) == 0};
+}
+
+/* A ray from afar through the centre of a sphere at the scene's origin, which may be much smaller than any distance. */
+static struct ray ray_to_dot(uint64_t *random, struct sphere *sphere)
+{
+    struct vec3 way = random_vector(random, 1);
+    sphere->center = vec3(0, 0, 0);
+    sphere->radius = ldexp(1, -random_exponent(random, 0, 520));
+    return ray_along(vec_neg(way), vec_scale(way, ldexp(1, random_exponent(random, -500, 500))));
 }
 
 /* A ray that passes the centre at any distance up to the radius, where it is a tangent up to rounding; from near, from
@@ -417,7 +483,6 @@ static struct ray ray_by(uint64_t *random, const struct sphere *sphere)
     double from = random_between(random, -1, 1) * pow(10, random_between(random, 0, 9));
     struct vec3 past = vec_add_scaled(sphere->center, aside, sphere->radius * (1 - inward));
     double speed = ldexp(sphere->radius, random_exponent(random, -30, 30));
-    if (random_below(random, 8) == 0) speed = ldexp(1, random_exponent(random, -230, 230));
     return ray_along(vec_add_scaled(past, way, from * sphere->radius), vec_scale(way, speed));
 }
 
@@ -431,7 +496,8 @@ static void compare_spheres(uint64_t *random, unsigned *found)
     add_materials(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         struct sphere sphere = any_sphere(random);
-        rays[i] = ray_by(random, &sphere);
+        bool is_dot = random_below(random, 4) == 0;
+        rays[i] = is_dot ? ray_to_dot(random, &sphere) : ray_by(random, &sphere);
         assert_added(builder_add_sphere(builder, &sphere));
     }
     struct scene *scene = finish_scene(builder);
@@ -455,6 +521,108 @@ static void test_any_spheres(void **state)
     for (unsigned i = 0; i < waves; i++)
         compare_spheres(&random, &found);
     assert_true(found > waves * WAVE / 4);
+}
+
+/* Cones and cylinders whose rays meet the side or a cap next to the rim between them. */
+static void compare_rims(uint64_t *random, unsigned *found)
+{
+    static struct points points;
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    struct hit hits[WAVE];
+    uint64_t exact = 0;
+    add_materials(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -230, 230));
+        struct vec3 base = random_vector(random, size), way = random_vector(random, 1);
+        struct vec3 aside = vec_normalize(vec_cross(way, random_vector(random, 1)));
+        double radius = size * random_between(random, 0.5, 2);
+        struct cone cone = {.base = base,
+                            .apex = vec_add_scaled(base, way, size),
+                            .base_radius = radius,
+                            .apex_radius = random_below(random, 2) ? radius : 0.5 * radius,
+                            .capped = 1};
+        double off = ldexp(random_between(random, -1, 1), -random_exponent(random, 0, 56));
+        struct vec3 to = vec_add_scaled(base, aside, radius * (1 + off));
+        rays[i] = ray_to(vec_add(to, random_vector(random, 3 * size)), to);
+        assert_added(builder_add_cone(builder, &cone));
+    }
+    struct scene *scene = finish_scene(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct hit any = {1, 1, 0, primitive_id(PRIMITIVE_CONE, i), 0, 0};
+        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
+    }
+    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
+    *found += points.count;
+    free(scene);
+}
+
+static void test_rims(void **state)
+{
+    (void)state;
+    uint64_t random = 108;
+    unsigned found = 0, waves = 300;
+    for (unsigned i = 0; i < waves; i++)
+        compare_rims(&random, &found);
+    assert_true(found > waves * WAVE / 2);
+}
+
+/* A point that is seen from anywhere: straight from above or along the surface, exactly or almost. Its geometric normal
+ * may be another one. */
+static void put_any_point(uint64_t *random, uint32_t i, struct points *points)
+{
+    struct vec3 normal = vec3(0, 0, 1), view = vec3(0, 0, -1);
+    unsigned choice = random_below(random, 4);
+    if (choice == 1) view = vec3(1, 0, 0);
+    if (choice > 1) normal = vec_normalize(random_vector(random, 1));
+    if (choice == 2) view = vec_normalize(random_vector(random, 1));
+    if (choice == 3) {
+        struct vec3 along = vec_normalize(vec_cross(normal, random_vector(random, 1)));
+        view =
+            vec_normalize(vec_add_scaled(along, normal, -pow(2, random_between(random, -56, 0))));
+    }
+    struct vec3 tilted = vec_normalize(vec_add(normal, random_vector(random, 0.5)));
+    struct vec3 geometric = random_below(random, 2) ? normal : tilted;
+    if (vec_dot(view, geometric) > 0) view = vec_neg(view);
+    if (vec_dot(view, normal) > 0) normal = vec_neg(normal);
+    set_lane(&points->view, i, view);
+    set_lane(&points->normal, i, normal);
+    set_lane(&points->geometric, i, geometric);
+}
+
+/* To a light at any distance, often almost at right angles to the mirror direction. */
+static struct vec3 any_way_to_light(uint64_t *random, const struct shading_point *at)
+{
+    struct vec3 way = random_vector(random, 1), mirrored = reflect(at);
+    int least = random_below(random, 2) ? -60 : -400;
+    double part = ldexp(1, random_exponent(random, least, 0)) * (random_below(random, 4) ? 1 : -1);
+    if (random_below(random, 2)) way = vec_add_scaled(vec_cross(mirrored, way), mirrored, part);
+    return vec_scale(way, ldexp(1, random_exponent(random, -150, 150)));
+}
+
+/* Light and secondary rays of points that are in no scene. */
+static void test_any_points(void **state)
+{
+    (void)state;
+    static struct points points;
+    static struct lit lit;
+    static struct secondary_rays secondary;
+    uint64_t random = 109;
+    struct material materials[MATERIALS];
+    make_materials(materials);
+    points.count = lit.count = WAVE;
+    for (unsigned wave = 0; wave < 300; wave++) {
+        for (uint32_t i = 0; i < WAVE; i++) {
+            put_any_point(&random, i, &points);
+            points.material[i] = &materials[random_below(&random, MATERIALS)];
+            struct shading_point at = points_get(&points, i);
+            lit.point[i] = i;
+            set_lane(&lit.to_light, i, any_way_to_light(&random, &at));
+            set_lane(&lit.strength, i, random_vector(&random, 1));
+        }
+        compare_lit(&points, &lit);
+        compare_secondary(&random, &points, &secondary);
+    }
 }
 
 static struct vec3 lattice_point(uint64_t *random, double size)
@@ -619,7 +787,10 @@ int main(void)
         cmocka_unit_test(test_far_scenes),
         cmocka_unit_test(test_scenes_of_any_size),
         cmocka_unit_test(test_any_triangles),
+        cmocka_unit_test(test_triangles_from_afar),
         cmocka_unit_test(test_any_spheres),
+        cmocka_unit_test(test_rims),
+        cmocka_unit_test(test_any_points),
         cmocka_unit_test(test_flats_from_the_edge),
         cmocka_unit_test(test_sample_rays),
     };
