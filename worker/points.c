@@ -91,7 +91,6 @@ static void gather_spheres(const struct scene *scene, const struct hit *hits, ui
         const struct sphere *sphere = &spheres[primitive_index(hits[points->slot[i]].primitive)];
         set_lane(&points->a, i, sphere->center);
         points->radius[i] = sphere->radius;
-        points->special[i] = sphere->inside_only;
     }
 }
 
@@ -147,8 +146,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     line.half = dd_root(line.discriminant);
     double behind = sphere_line_behind(&line, t);
     *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->t_error[i];
-    bool second = (behind > 0) | (points->special[i] != 0);
-    struct dd s = sphere_line_root(&line, second);
+    struct dd s = sphere_line_root(&line, behind > 0);
     return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
 }
 

@@ -165,7 +165,7 @@ static struct dd offset_at(const struct scaled *it, struct sphere_line *line, do
     uint64_t ignored = 0;
     if (!line_meets(it, line, &ignored)) return dd_div(dd_negate(line->along), line->a);
     double behind = sphere_line_behind(line, scaled_t);
-    bool second = it->sphere.inside_only || behind > 0;
+    bool second = behind > 0;
     /* Only near the middle are the roots themselves needed. */
     if (!(fabs(behind) > sphere_line_behind_error(line, it->direction, it->sphere.radius))) {
         struct dd roots[2];

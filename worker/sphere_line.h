@@ -75,7 +75,8 @@ static inline struct dd sphere_line_root(const struct sphere_line *line, bool se
 /*
  * How far t lies behind the middle between the roots (< 0: before it), and how far it must lie for that to
  * tell which root it belongs to. The roots err by some 16 u of their terms |t d| and the radius, rounded or
- * not; that is 2^-49 of them, and the limit is 2^-40.
+ * not; that is 2^-49 of them, and the limit is 2^-40. A sphere that is visible from inside only is hit at the
+ * far root, and t lies behind.
  */
 #define SPHERE_SIDE_ERROR 0x1p-40
 
