@@ -103,7 +103,6 @@ static void gather_triangles(const struct scene *scene, const struct hit *hits, 
         set_lane(&points->a, i, vertices[corner[0]]);
         set_lane(&points->b, i, vertices[corner[1]]);
         set_lane(&points->c, i, vertices[corner[2]]);
-        points->sure[i] = 1;
     }
 }
 
@@ -497,9 +496,8 @@ static void find_singly(const struct scene *scene, const struct bvh *bvh, const 
         const struct ray *ray = &rays[points->slot[i]];
         const struct hit *found = &hits[points->slot[i]];
         if (points->sure[i] != 0 && !found->in_corner) continue;
-        struct hit hit = *found;
+        struct hit hit = settled_hit(scene, ray, found, exact_fallbacks);
         struct surface surface;
-        if (is_rough_hit(&hit)) hit = settled_hit(scene, ray, &hit, exact_fallbacks);
         surface_at(scene, ray, &hit, &surface);
         if (hit.in_corner) surface.point = corner_point(scene, bvh, ray, &hit);
         set_lane(&points->point, i, surface.point);
@@ -537,12 +535,9 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) find_by_groups(scene, rays, hits, first, points);
-    doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
+    doubt_from(points, exact ? first[GROUP_OTHERS] : 0); /* lanes have the exact formulas alone */
     find_singly(scene, bvh, rays, hits, points, exact_fallbacks);
-    if (exact)
-        turn_normals(points, 0, points->count);
-    else
-        doubt_from(points, 0);
+    if (exact) turn_normals(points, 0, points->count);
     turn_singly(scene, rays, points);
 }
 
