@@ -384,7 +384,8 @@ static void move_to_origin(uint64_t *random, struct vec3 corner[3], struct ray *
     for (unsigned k = 0; k < 3; k++)
         corner[k] = vec_sub(corner[k], to);
     struct vec3 normal = vec_cross(vec_sub(corner[1], corner[0]), vec_sub(corner[2], corner[0]));
-    if (random_below(random, 2) && vec_largest(normal) > 0) d = vec_normalize(normal);
+    if (random_below(random, 2) && vec_largest(normal) > 0)
+        d = vec_add(vec_normalize(normal), random_vector(random, 0.2));
     if (random_below(random, 2)) d.y = copysign(d.x, d.y);
     if (random_below(random, 2)) d.z = copysign(d.y, d.z);
     ray->direction = d;
@@ -418,6 +419,9 @@ static void compare_corners(uint64_t *random, double least, unsigned *found)
             move_away(least * pow(10, random_between(random, 0, 1)), corner, &rays[i]);
         else if (random_below(random, 4) == 0)
             move_to_origin(random, corner, &rays[i]);
+        if (random_below(random, 8) == 0)
+            rays[i].direction =
+                vec_scale(rays[i].direction, ldexp(1, random_exponent(random, -450, 450)));
         add_triangle(builder, corner[0], corner[1], corner[2], 0);
     }
     struct scene *scene = finish_scene(builder);
@@ -469,7 +473,7 @@ static struct ray ray_to_dot(uint64_t *random, struct sphere *sphere)
 {
     struct vec3 way = random_vector(random, 1);
     sphere->center = vec3(0, 0, 0);
-    sphere->radius = ldexp(1, -random_exponent(random, 0, 520));
+    sphere->radius = ldexp(random_between(random, 0.5, 1), -random_exponent(random, 0, 520));
     return ray_along(vec_neg(way), vec_scale(way, ldexp(1, random_exponent(random, -500, 500))));
 }
 
