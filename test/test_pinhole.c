@@ -167,6 +167,9 @@ static void test_leaves_open(void **state)
     other.sx = 0.9;
     assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
     other.sx = 0;
+    other.sy = 0.9;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other.sy = 0;
     other.wide = 0.9;
     assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
     ((struct bvh_corners *)(uintptr_t)corners)->inverse = NAN;

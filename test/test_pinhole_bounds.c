@@ -329,10 +329,23 @@ static void check_triangle(const struct looked *at, unsigned i, const struct pac
     }
 }
 
+/* All rays are as close to the middle as the bundle says, but for the middle's rounding. */
+static void check_middle(const struct pinhole *eye, const struct bundle *bundle)
+{
+    double sx[LANES], sy[LANES], most = eye->wide + 0x1p-53;
+    for (unsigned p = 0; p < bundle->count; p++) {
+        lanes_store(sx, bundle->packets[p]->sx);
+        lanes_store(sy, bundle->packets[p]->sy);
+        for (unsigned lane = 0; lane < LANES; lane++)
+            assert_true(fabs(sx[lane] - eye->sx) <= most && fabs(sy[lane] - eye->sy) <= most);
+    }
+}
+
 static void check_leaf(struct looked *at, const struct bvh_corners *corners,
                        const struct bundle *bundle, const struct ray *rays, struct off *off)
 {
     const struct pinhole eye = pinhole_of(bundle);
+    check_middle(&eye, bundle);
     if (!pinhole_leaf_of(&eye, bundle->axes, corners, &at->leaf)) return;
     assert_same(at->leaf.unit, at->sight->unit);
     struct rough_places places = rough_places(bundle->packets[0], corners, LANES, 0);
