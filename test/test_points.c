@@ -581,9 +581,9 @@ static void put_any_point(uint64_t *random, uint32_t i, struct points *points)
     if (choice > 1) normal = vec_normalize(random_vector(random, 1));
     if (choice == 2) view = vec_normalize(random_vector(random, 1));
     if (choice == 3) {
-        struct vec3 along = vec_normalize(vec_cross(normal, random_vector(random, 1)));
-        view =
-            vec_normalize(vec_add_scaled(along, normal, -pow(2, random_between(random, -56, 0))));
+        double steep = pow(2, random_between(random, -56, random_below(random, 2) ? -50 : 0));
+        view = vec_normalize(vec_cross(normal, random_vector(random, 1)));
+        view = vec_normalize(vec_add_scaled(view, normal, -steep));
     }
     struct vec3 tilted = vec_normalize(vec_add(normal, random_vector(random, 0.5)));
     struct vec3 geometric = random_below(random, 2) ? normal : tilted;
@@ -598,10 +598,11 @@ static void put_any_point(uint64_t *random, uint32_t i, struct points *points)
 static struct vec3 any_way_to_light(uint64_t *random, const struct shading_point *at)
 {
     struct vec3 way = random_vector(random, 1), mirrored = reflect(at);
-    int least = random_below(random, 2) ? -60 : -400;
+    int least = random_below(random, 2) ? -60 : -540;
     double part = ldexp(1, random_exponent(random, least, 0)) * (random_below(random, 4) ? 1 : -1);
     if (random_below(random, 2)) way = vec_add_scaled(vec_cross(mirrored, way), mirrored, part);
-    return vec_scale(way, ldexp(1, random_exponent(random, -150, 150)));
+    int far = random_below(random, 2) ? 90 : 520;
+    return vec_scale(way, ldexp(1, random_exponent(random, -far, far)));
 }
 
 /* Light and secondary rays of points that are in no scene. */

@@ -139,19 +139,19 @@ void points_reflect(const struct points *points, struct secondary_rays *secondar
     }
 }
 
-/* refract() with the shading normal, where that suffices. */
+/* refract() with the shading normal, where that suffices. With a second index below N2_MIN, and with k = 0, so much of
+ * the terms of k cancels that it is not plain. */
 static inline void refract_lane(struct secondary_rays *secondary, uint32_t i)
 {
     struct vec3 view = lane(&secondary->view, i), normal = lane(&secondary->normal, i);
     double from = secondary->from[i], to = secondary->to[i], e, d;
     bool plain, facing = vec_dot(view, normal) < 0;
     struct transition at = transition_from(from, to, cosine_in(view, normal, &e, &d), &plain);
-    bool passes = (at.k.high >= 0) & (to >= N2_MIN);
+    bool passes = at.k.high >= 0;
     struct vec3 out = passed_view(view, normal, &at, dd_root(at.k), e, d);
     bool through = vec_dot(out, lane(&secondary->geometric, i)) < 0;
     set_lane(&secondary->direction, i, out);
     secondary->passes[i] = truth(passes);
-    through &= at.k.high > 0;
     plain &= is_plain_index(larger_number(from, to));
     secondary->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
 }
