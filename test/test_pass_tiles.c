@@ -101,6 +101,79 @@ static void test_pass_0(void **state)
     queue_destroy(queue);
 }
 
+/* Where the clock has seen nothing of pass 0, a tile is to cost per sample what its pixels did then, also if some of
+ * the next pass was timed. */
+static void test_no_time(void **state)
+{
+    (void)state;
+    for (uint32_t timed = 0; timed <= 8; timed += 8) {
+        struct canvas canvas;
+        struct view view = view_of(4, 1024);
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        struct queue *queue = queue_create(&config);
+        put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 3}}, 0);
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
+        if (timed) put(adaptive, columns(0, timed), (struct sent){0.5f, 0, APART, {1, 3}}, 5);
+        uint32_t first = queue->item_count;
+        pass_tiles_add(queue, adaptive, 4);
+        assert_int_equal(queue->item_count, first + (WIDE - timed) / 8);
+        for (uint32_t id = first; id < queue->item_count; id++) {
+            struct tile tile = item_tile(&queue->items[id]);
+            double samples = adaptive_work(adaptive, &tile).samples;
+            assert_true(fabs(work_of(queue, id) - samples / 4) < 1e-3);
+        }
+        queue_destroy(queue);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
+/* So it is where a tile's share is lost in the rounding of the sums that it is the difference of. */
+static void test_lost_time(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct view view = view_of(4, 1024);
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    struct queue *queue = queue_create(&config);
+    put(adaptive, columns(0, 16), (struct sent){0.5f, 0, APART, {1, 1}}, 1e25);
+    put(adaptive, columns(16, 8), (struct sent){0.5f, 0, APART, {1, 1}}, 1e-3);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    uint32_t first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 3);
+    assert_true(adaptive_work_seconds(adaptive, &(struct tile){.x = 16, .w = 8, .h = 8}) == 0);
+    assert_true(work_of(queue, first + 2) > 0);
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Tiles are as wide and high as a lot has pixels for, and those at the edges of the picture end there. */
+static void test_edges(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct adaptive *adaptive = begin(&canvas, 0, 1, 1);
+    struct queue_config larger = config;
+    larger.width = larger.height = 16;
+    struct queue *queue = queue_create(&larger);
+    assert_int_equal(queue_largest_lot(queue), 16 * 16);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    uint32_t first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 2);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct tile tile = item_tile(&queue->items[first + i]);
+        assert_true(tile.x == 16 * i && tile.w == (i ? WIDE - 16 : 16) && tile.h == HIGH);
+    }
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 /* Of two tiles that are expected to become better by as much, the one that takes less time goes first. */
 static void test_order(void **state)
 {
@@ -147,7 +220,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_work),          cmocka_unit_test(test_rest),
         cmocka_unit_test(test_pass_0),        cmocka_unit_test(test_order),
-        cmocka_unit_test(test_nothing_to_do),
+        cmocka_unit_test(test_nothing_to_do), cmocka_unit_test(test_no_time),
+        cmocka_unit_test(test_lost_time),     cmocka_unit_test(test_edges),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
