@@ -55,7 +55,6 @@ bool snapshot_is_due(const struct snapshot *snapshot, double now)
 
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now)
 {
-    if (!(snapshot->seconds > 0)) return;
     if (snapshot->is_writing && snapshot->is_written) {
         pthread_join(snapshot->thread, NULL);
         snapshot->is_writing = false;
