@@ -63,6 +63,8 @@ static void test_trace(void **state)
                "\"w\": 4, \"h\": 4, \"pixels\": 16, \"pass\": 0, \"samples\": 64, "
                "\"cpu_us\": 250000.000, "
                "\"cpu_us_per_pixel\": 15625.000}},\n");
+    assert_has(text, "{\"name\": \"thread_sort_index\", \"ph\": \"M\", \"pid\": 0, \"tid\": 2, "
+                     "\"args\": {\"sort_index\": 2}},\n");
     assert_has(text, "\"pre-pass 0,0\", \"ph\": \"X\", \"pid\": 0, \"tid\": 2");
     assert_has(text,
                "\"h\": 4, \"pixels\": 0, \"pass\": 0, \"samples\": 0, \"cpu_us\": 375000.000}}");
@@ -122,6 +124,7 @@ static void test_trace_of_what_was_given_up(void **state)
     assert_has(text, "\"tid\": 0, \"cat\": \"given up\", \"ts\": 750000.000, \"dur\": 250000.000}");
     assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 375000.000}");
     assert_int_equal(count_of(text, "given up\", \"ph\""), 1);
+    assert_int_equal(count_of(text, "\"cat\": \"waiting\""), 4); /* rank 0: not at the end */
     free(text);
     timeline_free(&timeline);
 }
@@ -205,6 +208,76 @@ static double lightness(const struct canvas *canvas, uint32_t x, uint32_t y)
     return 0.2 * (double)rgb[0] + 0.7 * (double)rgb[1] + 0.1 * (double)rgb[2];
 }
 
+/* A colour in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020). */
+struct perceived {
+    double lightness, a, b;
+};
+
+static double linear(float encoded)
+{
+    double value = (double)encoded;
+    return value <= 0.04045 ? value / 12.92 : pow((value + 0.055) / 1.055, 2.4);
+}
+
+static struct perceived perceived(const float rgb[3])
+{
+    double r = linear(rgb[0]), g = linear(rgb[1]), b = linear(rgb[2]);
+    double l = cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+    double m = cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+    double s = cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+    return (struct perceived){0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s,
+                              1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s,
+                              0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s};
+}
+
+/* Turns from one hue to another, less than half a turn either way. */
+static double turns_between(double from, double to)
+{
+    return remainder(to - from, 1);
+}
+
+static double hue_of(struct perceived color)
+{
+    return atan2(color.b, color.a) / (2 * acos(-1));
+}
+
+/* Heat is lightness, in even steps; hues go from violet over red to yellow. Both ends are grey. */
+static void test_heat_colors(void **state)
+{
+    (void)state;
+    double last = 0.78;
+    for (int step = 0; step <= 100; step++) {
+        double heat = step / 100.0;
+        float rgb[3];
+        timeline_heat_color(heat, rgb);
+        struct perceived color = perceived(rgb);
+        assert_true(fabs(color.lightness - heat) < 2e-4);
+        double chroma = hypot(color.a, color.b);
+        assert_true(step > 0 && step < 100 ? chroma > 0.003 : chroma < 1e-4);
+        if (step >= 24 && step <= 90) assert_true(chroma > 0.1);
+        if (step == 0 || step == 100) continue;
+        double hue = hue_of(color), on = turns_between(last, hue);
+        assert_true(on > 0.005 && on < 0.0055);
+        last = hue;
+    }
+    assert_true(fabs(turns_between(last, 1.30)) < 0.006);
+}
+
+/* Ranks beside each other differ in lightness by a seventh or more, and all are colourful. */
+static void test_rank_colors(void **state)
+{
+    (void)state;
+    for (uint32_t rank = 0; rank < 50; rank++) {
+        float rgb[2][3];
+        timeline_rank_color(rank, rgb[0]);
+        timeline_rank_color(rank + 1, rgb[1]);
+        struct perceived color = perceived(rgb[0]), next = perceived(rgb[1]);
+        assert_true(fabs(color.lightness - next.lightness) > 0.135);
+        assert_true(hypot(color.a, color.b) > 0.06);
+        assert_true(fabs(turns_between(hue_of(color), hue_of(next)) - 0.618033988 + 1) < 1e-3);
+    }
+}
+
 static void test_heatmap(void **state)
 {
     (void)state;
@@ -257,6 +330,7 @@ static void test_heatmap_of_extremes(void **state)
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-3);
     struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
     assert_true(fabs(range.highest / range.lowest / 1000 - 1) < 1e-9);
+    assert_true(lightness(&canvas, 0, 0) == 0 && lightness(&canvas, 7, 3) > 0.98);
     canvas_free(&canvas);
     timeline_free(&timeline);
 }
@@ -335,8 +409,30 @@ static void test_outlines(void **state)
     timeline_ranks(&timeline, 1, &canvas);
     assert_true(lightness(&canvas, 8, 4) < 0.8 * lightness(&canvas, 7, 4));
     assert_true(lightness(&canvas, 7, 4) == lightness(&canvas, 12, 7));
+    assert_true(lightness(&canvas, 12, 0) == lightness(&canvas, 8, 4));
     canvas_free(&canvas);
     timeline_free(&timeline);
+}
+
+/* Neither shares of every n-th pixel nor narrow tiles have outlines. */
+static void test_no_outlines(void **state)
+{
+    (void)state;
+    const struct tile tiles[] = {{.w = 7, .h = 16, .step = 1},
+                                 {.w = 16, .h = 7, .step = 1},
+                                 {.w = 16, .h = 16, .step = 2},
+                                 {.w = 7, .h = 7, .step = 1}};
+    for (size_t i = 0; i < 4; i++) {
+        struct timeline timeline = {0};
+        struct canvas canvas;
+        canvas_init(&canvas, 16, 16);
+        add(&timeline, TIMELINE_TILE, 0, tiles[i], 0, 1);
+        timeline_ranks(&timeline, 1, &canvas);
+        assert_true(lightness(&canvas, 0, 0) == lightness(&canvas, 4, 4));
+        assert_true(lightness(&canvas, 0, 4) == lightness(&canvas, 4, 4));
+        canvas_free(&canvas);
+        timeline_free(&timeline);
+    }
 }
 
 int main(void)
@@ -350,6 +446,8 @@ int main(void)
         cmocka_unit_test(test_trace_of_what_was_given_up),
         cmocka_unit_test(test_trace_of_more_than_all),
         cmocka_unit_test(test_trace_of_nothing),
+        cmocka_unit_test(test_heat_colors),
+        cmocka_unit_test(test_rank_colors),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),
         cmocka_unit_test(test_heatmap_of_extremes),
@@ -357,6 +455,7 @@ int main(void)
         cmocka_unit_test(test_ranks),
         cmocka_unit_test(test_legend_names_ranks),
         cmocka_unit_test(test_outlines),
+        cmocka_unit_test(test_no_outlines),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
