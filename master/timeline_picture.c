@@ -86,8 +86,8 @@ static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint3
     return costs;
 }
 
-/* The range of the colour scale; costs of 0 are unknown. It spans a factor of 2 to 1000, so that noise alone is
- * not shown as structure, and a few expensive pixels leave contrast for the rest. */
+/* The range of the colour scale; costs of 0 are unknown, and if all are, the range is 0 to 0. It spans a factor of 2 to
+ * 1000, so that noise alone is not shown as structure, and a few expensive pixels leave contrast for the rest. */
 static struct heat_range find_range(const float *costs, size_t pixels)
 {
     double lowest = HUGE_VAL, highest = 0;
@@ -96,7 +96,6 @@ static struct heat_range find_range(const float *costs, size_t pixels)
         lowest = fmin(lowest, (double)costs[i]);
         highest = fmax(highest, (double)costs[i]);
     }
-    if (highest == 0) return (struct heat_range){0, 0};
     return (struct heat_range){fmin(fmax(lowest, highest / 1000), highest / 2), highest};
 }
 
@@ -112,8 +111,9 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
     for (int i = 0; i < SHADES; i++)
         timeline_heat_color(i / (SHADES - 1.0), shades[i]);
     for (size_t i = 0; i < pixels; i++) {
+        /* At most SHADES - 1, that of the highest cost; less than 0 for costs below the range. */
         double heat = costs[i] > 0 ? scale * log((double)costs[i] / range.lowest) : 0;
-        const float *shade = shades[(int)fmax(0, fmin(SHADES - 1, heat + 0.5))];
+        const float *shade = shades[(int)fmax(0, heat + 0.5)];
         for (int c = 0; c < 3; c++)
             canvas->rgb[3 * i + (size_t)c] = shade[c];
     }
