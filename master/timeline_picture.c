@@ -51,10 +51,9 @@ static void perceived_color(double lightness, double chroma, double hue, float r
 /* From black over violet, red and orange to white, in even steps of lightness. */
 void timeline_heat_color(double heat, float rgb[3])
 {
-    const double violet = 0.78, yellow = 1.30; /* hues, turns */
-    double chroma = 0.24 * sqrt(sin(M_PI * heat));
-    perceived_color(heat, heat > 0 && heat < 1 ? chroma : 0, violet + (yellow - violet) * heat,
-                    rgb);
+    const double violet = 0.78, yellow = 1.30;     /* hues, turns */
+    double chroma = 0.24 * sqrt(sin(M_PI * heat)); /* 0 at both ends, up to rounding */
+    perceived_color(heat, chroma, violet + (yellow - violet) * heat, rgb);
 }
 
 /* Hues at multiples of the golden ratio stay distinct however many there are; neighbours differ in lightness,
