@@ -41,6 +41,8 @@ static void check_borrow_and_return(size_t cores)
     size_t first = 0;
     while (!CPU_ISSET(first, &all))
         first++;
+    assert_int_equal(cores_borrow(processes, 1, &own), 1); /* however many cores there are */
+    cores_return(&own);
     CPU_ZERO(&one);
     CPU_SET(first, &one);
     assert_int_equal(sched_setaffinity(0, sizeof one, &one), 0);

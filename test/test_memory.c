@@ -36,6 +36,10 @@ static void test_limit(void **state)
     size_t within = memory_limit();
     bool holds = memory_holds(before / 2), too_much = memory_holds(before / 2 + 1);
     setrlimit(RLIMIT_AS, &old);
+    set_limit((size_t)1 << 20);
+    bool small = memory_holds(((size_t)64 << 20) - 1), large = memory_holds((size_t)64 << 20);
+    setrlimit(RLIMIT_AS, &old);
+    assert_true(small && !large); /* less than 64 MiB is not checked */
     assert_int_equal(within, before / 2);
     assert_true(holds && !too_much);
     assert_int_equal(memory_limit(), before);

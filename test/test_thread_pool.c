@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "common/clock.h"
 #include "common/thread_pool.h"
 
 struct loop {
@@ -62,7 +63,8 @@ static double burned(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-/* Two iterations that wait for each other, so that a thread other than the caller does one of them. */
+/* Two iterations that wait for each other, so that a thread other than the caller does one of them. Then each takes
+ * 10 ms. */
 static void burn(void *context, uint32_t iteration)
 {
     struct loop *loop = context;
@@ -70,20 +72,36 @@ static void burn(void *context, uint32_t iteration)
     atomic_fetch_add(&loop->done, 1);
     while (atomic_load(&loop->done) < loop->count) {
     }
+    for (double start = clock_thread_cpu(); clock_thread_cpu() - start < 0.01;) {
+    }
 }
 
 static void test_cpu_time(void **state)
 {
     (void)state;
-    struct loop loop = {.count = 2};
     struct thread_pool *pool = thread_pool_create(2);
     assert_true(thread_pool_cpu_s(pool) == 0);
     double before = burned();
-    thread_pool_for(pool, loop.count, burn, &loop);
-    double seconds = thread_pool_cpu_s(pool);
-    assert_true(seconds > 0 && seconds <= burned() - before);
+    for (int i = 1; i <= 3; i++) {
+        struct loop loop = {.count = 2};
+        thread_pool_for(pool, loop.count, burn, &loop);
+        double seconds = thread_pool_cpu_s(pool);
+        assert_true(seconds >= 0.01 * i && seconds <= burned() - before - 0.01 * i);
+    }
     thread_pool_destroy(pool);
     assert_true(thread_pool_cpu_s(NULL) == 0);
+}
+
+/* The caller is one of the threads. */
+static void test_sizes(void **state)
+{
+    (void)state;
+    for (unsigned threads = 1; threads <= 5; threads++) {
+        struct thread_pool *pool = thread_pool_create(threads);
+        assert_int_equal(thread_pool_size(pool), threads);
+        thread_pool_destroy(pool);
+    }
+    assert_int_equal(thread_pool_size(NULL), 1);
 }
 
 int main(void)
@@ -92,6 +110,7 @@ int main(void)
         cmocka_unit_test(test_loops),
         cmocka_unit_test(test_nobody),
         cmocka_unit_test(test_cpu_time),
+        cmocka_unit_test(test_sizes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
