@@ -397,6 +397,33 @@ static void test_legend_names_ranks(void **state)
     assert_memory_not_equal(bytes[0], bytes[1], MOST);
 }
 
+/* Each of the three files is reason enough to keep a timeline, and is refused before rendering if it cannot be
+ * written. */
+static void test_each_output(void **state)
+{
+    struct scratch *s = *state;
+    static const char *const keys[] = {"output.trace", "output.heatmap", "output.ranks"};
+    struct settings settings;
+    settings_init(&settings);
+    assert_true(!timeline_wanted(&settings) && timeline_writable(&settings));
+    char **paths[] = {&settings.output.trace, &settings.output.heatmap, &settings.output.ranks};
+    for (size_t i = 0; i < 3; i++) {
+        char *none = *paths[i];
+        *paths[i] = copy_text("new.png");
+        assert_true(timeline_wanted(&settings) && timeline_writable(&settings));
+        free(*paths[i]);
+        *paths[i] = copy_text("none/new.png");
+        message_capture(s->said, sizeof s->said);
+        bool writable = timeline_writable(&settings);
+        message_capture(NULL, 0);
+        assert_false(writable);
+        assert_has(s->said, keys[i]);
+        free(*paths[i]);
+        *paths[i] = none;
+    }
+    settings_free(&settings);
+}
+
 /* A tile's upper and left edge are darker, so that tiles of one rank can be told apart. */
 static void test_outlines(void **state)
 {
@@ -454,6 +481,7 @@ int main(void)
         cmocka_unit_test(test_heatmap_of_nothing),
         cmocka_unit_test(test_ranks),
         cmocka_unit_test(test_legend_names_ranks),
+        cmocka_unit_test(test_each_output),
         cmocka_unit_test(test_outlines),
         cmocka_unit_test(test_no_outlines),
     };
