@@ -276,13 +276,39 @@ static void test_json_without_numbers(void **state)
     free(text);
 }
 
+/* What a run did not have is null, or is not there. */
+static void test_json_without_extras(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    report.has_reference = false;
+    report.heat = (struct heat_range){0, 0};
+    report.forecast = (struct error_forecast){.known = false};
+    char *text = report_json(&report);
+    assert_has(text, "\"reference\": null");
+    assert_has(text, "\"forecast\": null");
+    assert_null(strstr(text, "\"heatmap\""));
+    free(text);
+    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 0, 0};
+    text = report_json(&report);
+    assert_has(text, "\"forecast\": {");
+    assert_null(strstr(text, "\"samples\":"));
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),       cmocka_unit_test(test_json),
-        cmocka_unit_test(test_json_whole),    cmocka_unit_test(test_bad_samples),
-        cmocka_unit_test(test_twice),         cmocka_unit_test(test_resumed),
-        cmocka_unit_test(test_json_features), cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_json_whole),
+        cmocka_unit_test(test_bad_samples),
+        cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_without_extras),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
