@@ -55,6 +55,20 @@ narrow_table() {
     awk 'length > 50 { exit 1 }' wrapped && awk 'length > 50 { wide = 1 } END { exit !wide }' whole
 }
 check "the table on a narrow terminal, and in a file" narrow_table
+first_line() { # COMMAND: the longest line with the version that it writes to a terminal of 50 columns
+    script -qec "stty cols 50; TERM=xterm $1" /dev/null | tr '\r' '\n' | sed "s/.*$(printf '\033')\[K//" |
+        awk '/^farm [0-9]/ { print length }'
+}
+launched() { # the launcher's terminal is found at the other end of its pipes, unless the table goes elsewhere
+    job="$FARM everything.ini image.width=8 image.height=6 output.journal= output.report="
+    wide=$(first_line "$job >o; cat o") narrow=$(first_line "$job")
+    behind=$(first_line "$MPIEXEC -n 1 $job") apart=$(first_line "$MPIEXEC -n 1 sh -c 'exec $job >o'; cat o")
+    unset=$(first_line "$MPIEXEC -n 1 env -u PMI_RANK -u PMI_FD -u PMI_PORT $job")
+    rm everything.png o
+    echo "$wide $narrow $behind $apart $unset"
+    [ "$wide" -gt 50 ] && [ "$narrow" -le 50 ] && [ "$behind" -le 50 ] && [ "$apart" -gt 50 ] && [ "$unset" -gt 50 ]
+}
+check "the launcher's terminal" launched
 
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2
