@@ -7,153 +7,174 @@
 /* Pixels that are processed together: their data stays in the first-level cache. */
 #define CHUNK 128u
 
-/* Vectorised: the iterations, one for each pixel, are independent. */
+/* Vectorised: the iterations, one for each pixel, are independent. That takes loops without branches. So there are
+ * selections in their place, differences are computed anew in each loop rather than stored, and what depends on a
+ * result selected before is in a loop of its own. */
 #define OVER_PIXELS _Pragma("omp simd")
 
+/* NaN in place of a colour of which any component is not finite: so all differences to it are NaN, which no comparison
+ * below selects. */
 void color_row_take(const struct color_row *row, const struct canvas *canvas, int64_t y)
 {
     uint32_t width = canvas->width;
     bool inside = y >= 0 && y < canvas->height;
     const float *rgb = canvas->rgb + (inside ? 3 * (size_t)width * (size_t)y : 0);
-    for (unsigned c = 0; c < 3; c++) {
-        float *plane = row->plane[c];
-        plane[0] = plane[width + 1] = NAN;
-        for (uint32_t x = 0; x < width; x++)
-            plane[x + 1] = inside ? rgb[3 * (size_t)x + c] : NAN;
+    for (unsigned c = 0; c < 3; c++)
+        row->plane[c][0] = row->plane[c][width + 1] = (double)NAN;
+    for (uint32_t x = 0; x < width; x++) {
+        const float *color = rgb + 3 * (size_t)x;
+        bool counts = inside && isfinite(color[0]) && isfinite(color[1]) && isfinite(color[2]);
+        for (unsigned c = 0; c < 3; c++)
+            row->plane[c][x + 1] = counts ? (double)color[c] : (double)NAN;
     }
 }
 
-/* Differences between the colours of a neighbour and of each pixel of a chunk, and their squared lengths. For
- * neighbours that are ignored the differences are NaN and the square is 0. */
-struct differences {
+#define NEIGHBOURS 8
+
+/* Applies DO(k) to each neighbour's number. A loop would keep the loop around it from being vectorised. */
+#define FOR_NEIGHBOURS(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7)
+
+/* The planes of a chunk's pixels and of their neighbours: [i] belongs to the chunk's pixel i. */
+struct planes {
+    const double *here[3], *there[NEIGHBOURS][3];
+};
+
+static struct planes planes_of(const struct color_row rows[3], uint32_t first)
+{
+    struct planes planes;
+    for (unsigned c = 0; c < 3; c++) {
+        planes.here[c] = rows[1].plane[c] + first + 1;
+        for (unsigned k = 0; k < NEIGHBOURS; k++) {
+            unsigned place = k < 4 ? k : k + 1; /* of 3 x 3, row by row; 4 is the pixel itself */
+            planes.there[k][c] = rows[place / 3].plane[c] + first + place % 3;
+        }
+    }
+    return planes;
+}
+
+/* The difference between the colours of a neighbour and of a pixel. */
+struct difference {
+    double x, y, z;
+};
+
+static inline struct difference difference_to(const struct planes *planes, unsigned k, uint32_t i)
+{
+    return (struct difference){planes->there[k][0][i] - planes->here[0][i],
+                               planes->there[k][1][i] - planes->here[1][i],
+                               planes->there[k][2][i] - planes->here[2][i]};
+}
+
+static inline double product(struct difference a, struct difference b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* b where a is NaN. */
+static inline double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* For each pixel of a chunk: the largest difference and its square; 0 where no neighbour counts. */
+struct farthest {
     double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
 };
 
-/* From each pixel to the k-th of its 3 x 3 neighbours, numbered row by row. */
-static void find_differences(const struct color_row rows[3], uint32_t first, uint32_t count,
-                             unsigned k, struct differences *to)
+static inline void take_farther(struct difference to, struct difference *far, double *square)
 {
-    const float *here[3], *there[3];
-    for (unsigned c = 0; c < 3; c++) {
-        here[c] = rows[1].plane[c] + first + 1;
-        there[c] = rows[k / 3].plane[c] + first + k % 3;
-    }
+    double now = product(to, to);
+    bool farther = now > *square;
+    far->x = farther ? to.x : far->x;
+    far->y = farther ? to.y : far->y;
+    far->z = farther ? to.z : far->z;
+    *square = farther ? now : *square;
+}
+
+static void find_farthest(const struct planes *it, uint32_t count, struct farthest *farthest)
+{
+    const struct planes planes = *it;
     OVER_PIXELS
     for (uint32_t i = 0; i < count; i++) {
-        double x = (double)there[0][i] - (double)here[0][i];
-        double y = (double)there[1][i] - (double)here[1][i];
-        double z = (double)there[2][i] - (double)here[2][i];
-        double square = x * x + y * y + z * z;
-        bool counts = square < HUGE_VAL;
-        to->x[i] = counts ? x : (double)NAN;
-        to->y[i] = counts ? y : (double)NAN;
-        to->z[i] = counts ? z : (double)NAN;
-        to->square[i] = counts ? square : 0;
+        struct difference far = {0, 0, 0};
+        double square = 0;
+#define TAKE(k) take_farther(difference_to(&planes, k, i), &far, &square);
+        FOR_NEIGHBOURS(TAKE)
+#undef TAKE
+        farthest->x[i] = far.x;
+        farthest->y[i] = far.y;
+        farthest->z[i] = far.z;
+        farthest->square[i] = square;
     }
 }
 
-/* Whole chunks, with a single selection per loop, so that the compiler makes no branch of it. */
-static void select_farther(const double *restrict square, const double *restrict farthest,
-                           const double *restrict from, double *restrict to)
+/* The product with the most opposite difference; 0 where there is none. */
+static void find_opposite(const struct planes *it, uint32_t count, const struct farthest *farthest,
+                          double opposite[CHUNK])
 {
+    const struct planes planes = *it;
     OVER_PIXELS
-    for (uint32_t i = 0; i < CHUNK; i++) {
-        double now = from[i], before = to[i];
-        to[i] = square[i] > farthest[i] ? now : before;
+    for (uint32_t i = 0; i < count; i++) {
+        struct difference far = {farthest->x[i], farthest->y[i], farthest->z[i]};
+        double least = 0;
+#define TAKE(k) least = lesser(product(far, difference_to(&planes, k, i)), least);
+        FOR_NEIGHBOURS(TAKE)
+#undef TAKE
+        opposite[i] = least;
     }
 }
 
-static void take_farther(const struct differences *to, struct differences *farthest)
+/* The range of one component over the neighbours' colours; not above 0 where no neighbour counts. */
+static void find_range(const struct planes *it, unsigned c, uint32_t count, double range[CHUNK])
 {
-    select_farther(to->square, farthest->square, to->x, farthest->x);
-    select_farther(to->square, farthest->square, to->y, farthest->y);
-    select_farther(to->square, farthest->square, to->z, farthest->z);
+    const struct planes planes = *it;
     OVER_PIXELS
-    for (uint32_t i = 0; i < CHUNK; i++) {
-        double square = to->square[i], before = farthest->square[i];
-        farthest->square[i] = square > before ? square : before;
+    for (uint32_t i = 0; i < count; i++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+#define TAKE(k)                                                                                    \
+    low = lesser(planes.there[k][c][i], low);                                                      \
+    high = greater(planes.there[k][c][i], high);
+        FOR_NEIGHBOURS(TAKE)
+#undef TAKE
+        range[i] = high - low;
     }
 }
 
-/* Of neighbours that are ignored the product is NaN, which is not more than anything. */
-static void take_opposite(const struct differences *restrict to,
-                          const struct differences *restrict farthest,
-                          double *restrict most_opposite)
+/* The largest variance of a random value in such a range. */
+static double range_variance(double range)
 {
-    OVER_PIXELS
-    for (uint32_t i = 0; i < CHUNK; i++) {
-        double product = farthest->x[i] * to->x[i] + farthest->y[i] * to->y[i];
-        double opposite = -(product + farthest->z[i] * to->z[i]);
-        most_opposite[i] = opposite > most_opposite[i] ? opposite : most_opposite[i];
-    }
-}
-
-/* Extremes of one component of the neighbours' colours. */
-struct extremes {
-    double low[CHUNK], high[CHUNK];
-};
-
-static void take_extremes(const double *restrict value, struct extremes *restrict so_far)
-{
-    OVER_PIXELS
-    for (uint32_t i = 0; i < CHUNK; i++) {
-        double now = value[i], low = so_far->low[i], high = so_far->high[i];
-        so_far->low[i] = now < low ? now : low;
-        so_far->high[i] = now > high ? now : high;
-    }
-}
-
-/* The largest variance of a random value between the two extremes. */
-static double range_variance(const struct extremes *extremes, uint32_t i)
-{
-    double range = extremes->high[i] - extremes->low[i];
     return range > 0 ? range * range / 4 : 0;
 }
 
-static void extremes_init(struct extremes *extremes)
-{
-    for (uint32_t i = 0; i < CHUNK; i++) {
-        extremes->low[i] = HUGE_VAL;
-        extremes->high[i] = -HUGE_VAL;
-    }
-}
-
-#define HERE 4 /* index of the pixel itself among the 3 x 3 */
-
-static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, uint32_t count,
+static void contrast_of_chunk(const struct planes *planes, uint32_t count,
                               const struct contrasts *contrasts)
 {
-    struct differences to = {0}, farthest = {0};
-    struct extremes extremes[3];
-    double opposite[CHUNK] = {0};
+    struct farthest farthest;
+    double opposite[CHUNK], range[3][CHUNK];
+    find_farthest(planes, count, &farthest);
+    find_opposite(planes, count, &farthest, opposite);
     for (unsigned c = 0; c < 3; c++)
-        extremes_init(&extremes[c]);
-    for (unsigned k = 0; k < 9; k++) {
-        if (k == HERE) continue;
-        find_differences(rows, first, count, k, &to);
-        take_farther(&to, &farthest);
-        take_extremes(to.x, &extremes[0]);
-        take_extremes(to.y, &extremes[1]);
-        take_extremes(to.z, &extremes[2]);
-    }
-    for (unsigned k = 0; k < 9; k++) {
-        if (k == HERE) continue;
-        find_differences(rows, first, count, k, &to);
-        take_opposite(&to, &farthest, opposite);
-    }
+        find_range(planes, c, count, range[c]);
     for (uint32_t i = 0; i < count; i++) {
-        contrasts->largest[first + i] = farthest.square[i] / 3;
-        contrasts->edge_variance[first + i] = opposite[i] / 3;
-        contrasts->range_variance[first + i] =
-            (range_variance(&extremes[0], i) + range_variance(&extremes[1], i) +
-             range_variance(&extremes[2], i)) /
-            3;
+        double sum =
+            range_variance(range[0][i]) + range_variance(range[1][i]) + range_variance(range[2][i]);
+        contrasts->largest[i] = farthest.square[i] / 3;
+        contrasts->edge_variance[i] = (0 - opposite[i]) / 3;
+        contrasts->range_variance[i] = isnan(planes->here[0][i]) ? 0 : sum / 3;
     }
 }
 
 void contrast_of_row(const struct color_row rows[3], uint32_t width,
                      const struct contrasts *contrasts)
 {
-    for (uint32_t first = 0; first < width; first += CHUNK)
-        contrast_of_chunk(rows, first, width - first < CHUNK ? width - first : CHUNK, contrasts);
+    for (uint32_t first = 0; first < width; first += CHUNK) {
+        struct planes planes = planes_of(rows, first);
+        struct contrasts part = {contrasts->largest + first, contrasts->edge_variance + first,
+                                 contrasts->range_variance + first};
+        contrast_of_chunk(&planes, width - first < CHUNK ? width - first : CHUNK, &part);
+    }
 }

@@ -6,10 +6,10 @@
 
 #include "master/canvas.h"
 
-/* A row of a canvas, with a plane for each component: pixel x is at [x + 1]. What lies outside the picture, such as the
- * first and the last float, is NaN. */
+/* A row of a canvas, with a plane for each component: pixel x is at [x + 1]. Colours that are not finite, and what lies
+ * outside the picture, such as the first and the last double, are NaN. */
 struct color_row {
-    float *plane[3]; /* width + 2 floats each; the caller's */
+    double *plane[3]; /* width + 2 doubles each; the caller's */
 };
 
 /* Copies row y of the canvas, which may lie outside the picture. */

@@ -69,7 +69,6 @@ struct band {
     struct contrasts contrasts; /* of the present row */
     double *surprise;           /* per block of the band: sum of v over its surprises */
     double *doubles;            /* memory of all doubles above; owned */
-    float *floats;              /* memory of colors; owned */
 };
 
 /* Takes `count` doubles of what is left of the band's memory. */
@@ -109,9 +108,8 @@ static void band_init(struct band *band, const struct picture_statistics *pixels
 {
     size_t width = pixels->canvas->width, blocks = block_count(pixels->canvas);
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
-    band->doubles =
-        allocate_zeroed(2 * smooth_size(width) + 4 * width + blocks, sizeof *band->doubles);
-    band->floats = allocate_zeroed(9 * (width + 2), sizeof *band->floats);
+    band->doubles = allocate_zeroed(2 * smooth_size(width) + 4 * width + blocks + 9 * (width + 2),
+                                    sizeof *band->doubles);
     double *left = band->doubles;
     smooth_init(&band->variance, width, &left);
     smooth_init(&band->spread, width, &left);
@@ -119,7 +117,7 @@ static void band_init(struct band *band, const struct picture_statistics *pixels
     band->contrasts = (struct contrasts){cut(&left, width), cut(&left, width), cut(&left, width)};
     band->surprise = cut(&left, blocks);
     for (unsigned i = 0; i < 9; i++)
-        band->colors[i / 3].plane[i % 3] = band->floats + i * (width + 2);
+        band->colors[i / 3].plane[i % 3] = cut(&left, width + 2);
     for (uint32_t x = 0; x < width; x++)
         band->row_weight[x] = weight_inside(x, (uint32_t)width);
 }
@@ -127,7 +125,6 @@ static void band_init(struct band *band, const struct picture_statistics *pixels
 static void band_free(struct band *band)
 {
     free(band->doubles);
-    free(band->floats);
 }
 
 /* v of a pixel as estimated from its own halves. */

@@ -87,12 +87,12 @@ static void check_canvas(uint32_t width, uint32_t height)
     canvas_init(&canvas, width, height);
     for (size_t i = 0; i < 3 * (size_t)width * height; i++)
         canvas.rgb[i] = component(&state);
-    float *floats = allocate(9 * ((size_t)width + 2), sizeof *floats);
+    double *doubles = allocate(9 * ((size_t)width + 2), sizeof *doubles);
     struct contrasts contrasts = {allocate(width, sizeof(double)), allocate(width, sizeof(double)),
                                   allocate(width, sizeof(double))};
     struct color_row rows[3];
     for (unsigned i = 0; i < 9; i++)
-        rows[i / 3].plane[i % 3] = floats + i * ((size_t)width + 2);
+        rows[i / 3].plane[i % 3] = doubles + i * ((size_t)width + 2);
     for (uint32_t y = 0; y < height; y++) {
         for (unsigned k = 0; k < 3; k++)
             color_row_take(&rows[k], &canvas, (int64_t)y + k - 1);
@@ -104,7 +104,7 @@ static void check_canvas(uint32_t width, uint32_t height)
     free(contrasts.range_variance);
     free(contrasts.edge_variance);
     free(contrasts.largest);
-    free(floats);
+    free(doubles);
     canvas_free(&canvas);
 }
 
