@@ -46,16 +46,16 @@ static uint32_t block_of(uint32_t x)
  * has hit is given up: the lantern's error is then 1.7 times the estimate. */
 #define MISSED 4
 
-/* A row of values, filtered along the row, with and without the pixel in the middle. */
-struct filtered {
-    double *with, *without;
+/* A row of values, REACH zeros on either side of them; and filtered along the row, with and without the pixel in the
+ * middle. */
+struct smooth_row {
+    double *values, *with, *without;
 };
 
-/* Weighted means over the neighbourhoods of pixels, row by row through a band. The filtered rows are a ring buffer: row
- * y is at index y modulo ROWS. */
+/* Weighted means over the neighbourhoods of pixels, row by row through a band. The rows are a ring buffer: row y is at
+ * index y modulo ROWS. */
 struct smooth {
-    double *row; /* the row to be filtered, and REACH zeros on either side */
-    struct filtered rows[ROWS];
+    struct smooth_row rows[ROWS];
     double *around; /* per pixel of the present row: the mean over its neighbourhood */
 };
 
@@ -82,14 +82,14 @@ static double *cut(double **left, size_t count)
 /* How many doubles a struct smooth has. */
 static size_t smooth_size(size_t width)
 {
-    return (2 * (size_t)ROWS + 2) * width + 2 * (size_t)REACH;
+    return ROWS * (3 * width + 2 * (size_t)REACH) + width;
 }
 
 static void smooth_init(struct smooth *smooth, size_t width, double **left)
 {
     for (unsigned i = 0; i < ROWS; i++)
-        smooth->rows[i] = (struct filtered){cut(left, width), cut(left, width)};
-    smooth->row = cut(left, width + 2 * (size_t)REACH);
+        smooth->rows[i] = (struct smooth_row){cut(left, width + 2 * (size_t)REACH),
+                                              cut(left, width), cut(left, width)};
     smooth->around = cut(left, width);
 }
 
@@ -141,27 +141,34 @@ static double own_spread(const struct picture_statistics *pixels, size_t i)
     return known ? spread * spread * samples / (samples - 2) : own_variance(pixels, i);
 }
 
-static void filter_row(const struct smooth *smooth, int64_t y, uint32_t width)
+/* The place of row y, which may be REACH rows outside the picture. */
+static const struct smooth_row *smooth_row(const struct smooth *smooth, int64_t y)
 {
-    const struct filtered *row = &smooth->rows[(y + ROWS) % ROWS];
+    return &smooth->rows[(y + ROWS) % ROWS];
+}
+
+static void filter_row(const struct smooth_row *row, uint32_t width)
+{
     for (uint32_t x = 0; x < width; x++) {
-        const double *at = smooth->row + x;
+        const double *at = row->values + x;
         row->without[x] = weights[0] * (at[0] + at[4]) + weights[1] * (at[1] + at[3]);
         row->with[x] = row->without[x] + weights[2] * at[2];
     }
 }
 
 /* Takes row y and filters it; rows outside the picture are 0. */
-static void take_row(struct band *band, int64_t y)
+static void take_row(const struct band *band, int64_t y)
 {
     bool inside = y >= 0 && y < band->pixels->canvas->height;
     size_t first = inside ? (size_t)y * band->width : 0;
+    const struct smooth_row *variance = smooth_row(&band->variance, y);
+    const struct smooth_row *spread = smooth_row(&band->spread, y);
     for (uint32_t x = 0; x < band->width; x++) {
-        band->variance.row[REACH + x] = inside ? own_variance(band->pixels, first + x) : 0;
-        band->spread.row[REACH + x] = inside ? own_spread(band->pixels, first + x) : 0;
+        variance->values[REACH + x] = inside ? own_variance(band->pixels, first + x) : 0;
+        spread->values[REACH + x] = inside ? own_spread(band->pixels, first + x) : 0;
     }
-    filter_row(&band->variance, y, band->width);
-    filter_row(&band->spread, y, band->width);
+    filter_row(variance, band->width);
+    filter_row(spread, band->width);
 }
 
 /* Computes the means of row y; all rows within REACH of it must have been filtered. */
@@ -170,7 +177,7 @@ static void find_around(const struct band *band, const struct smooth *smooth, ui
     double column_weight = weight_inside(y, band->pixels->canvas->height);
     const double *part[ROWS];
     for (int k = 0; k < ROWS; k++) {
-        const struct filtered *row = &smooth->rows[((int64_t)y + k - REACH + ROWS) % ROWS];
+        const struct smooth_row *row = smooth_row(smooth, (int64_t)y + k - REACH);
         part[k] = k == REACH ? row->without : row->with;
     }
     for (uint32_t x = 0; x < band->width; x++) {
@@ -205,14 +212,16 @@ static void expect_row(struct band *band, uint32_t y, double *error, float *pred
     find_around(band, &band->variance, y);
     find_around(band, &band->spread, y);
     find_contrasts(band, y);
+    const double *own_variances = smooth_row(&band->variance, y)->values + REACH;
+    const double *own_spreads = smooth_row(&band->spread, y)->values + REACH;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
         double samples = pixels->levels->samples[pixels->level[i]];
         double power = pixels->levels->power[pixels->level[i]];
         double around = band->variance.around[x], edge_variance = band->contrasts.edge_variance[x];
         double missed = MISSED / (samples * samples * samples);
-        double own = own_variance(pixels, i);
-        double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
+        double own = own_variances[x], spread = own_spreads[x];
+        double spread_around = band->spread.around[x];
         if (own > SURPRISE * (around + edge_variance)) band->surprise[block_of(x)] += own;
         error[i] = variance_of(around, spread_around, spread, samples) / power +
                    missed * (band->contrasts.largest[x] + edge_variance);
