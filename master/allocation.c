@@ -1,9 +1,12 @@
 #include "master/allocation.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 
@@ -13,7 +16,7 @@
  * that pictures of any brightness are planned alike. Gains beyond either end, which no picture has, count with the last
  * bin there.
  */
-enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVES = 220 };
+enum { BIN_BITS = 3, BINS_PER_OCTAVE = 1 << BIN_BITS, OCTAVE_MIN = -120, OCTAVES = 220 };
 enum { BINS = OCTAVES * BINS_PER_OCTAVE };
 
 struct allocation {
@@ -46,14 +49,15 @@ static double bin_end(const struct allocation *allocation, int bin)
     return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + allocation->octave_min);
 }
 
+/* The bin is made of a double's exponent and the first three bits of its mantissa. */
 static int bin_of(const struct allocation *allocation, double gain)
 {
-    int exponent;
-    double mantissa = 2 * frexp(nextafter(gain, 0), &exponent) - 1; /* 0 .. 1 */
-    int octave = exponent - 1 - allocation->octave_min;
-    if (!(gain > 0) || octave < 0) return 0;
-    if (octave >= OCTAVES) return BINS - 1;
-    return octave * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
+    int64_t bits; /* those of the gains of one bin follow each other; gain > 0 */
+    memcpy(&bits, &gain, sizeof bits);
+    if (!(gain > 0)) return 0;
+    int64_t bin = ((bits - 1) >> (DBL_MANT_DIG - 1 - BIN_BITS)) -
+                  (int64_t)(allocation->octave_min + DBL_MAX_EXP - 1) * BINS_PER_OCTAVE;
+    return bin < 0 ? 0 : bin >= BINS ? BINS - 1 : (int)bin;
 }
 
 void allocation_add(struct allocation *allocation, double gain, double square, double effort,
