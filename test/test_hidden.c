@@ -359,12 +359,42 @@ static void test_strange(void **state)
     }
 }
 
+/* The error that pixels are inferred to have missed which are left with 4 samples, after others have got `most`. */
+static double inferred(uint32_t most)
+{
+    const struct view view = {.min_samples = 4, .max_samples = most};
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    levels_init(&field->levels, &view);
+    scatter(field, 0.1, 0.3);
+    for (size_t i = 0; i < PIXELS; i++) {
+        tell(field, i, 1);
+        hidden_leave(hidden, i, 0);
+    }
+    for (size_t i = 0; i < PIXELS; i++)
+        if (field->spread[i] > 0) refine(field, hidden, i, 2);
+    struct hidden_sum sum = sum_of(field, hidden);
+    double error = hidden_errors(hidden, &sum, (struct error_sum){0, 0}).hidden;
+    hidden_destroy(hidden);
+    field_free(field);
+    return error;
+}
+
+/* Fewer later samples than first ones tell nothing. */
+static void test_few_later_samples(void **state)
+{
+    (void)state;
+    assert_true(inferred(8) > 0);
+    assert_true(inferred(6) == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_found_stays),
         cmocka_unit_test(test_warned),
+        cmocka_unit_test(test_few_later_samples),
         cmocka_unit_test(test_spread_of_many_samples),
         cmocka_unit_test(test_never_below_0),
         cmocka_unit_test(test_sums_are_joined),
