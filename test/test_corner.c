@@ -349,6 +349,88 @@ static void test_points_stay_within_small_surfaces(void **state)
     assert_true(in_corners > 200);
 }
 
+/* Rays that are close enough to each other to be traced together. */
+#define CLOSE_RAYS 64
+
+/* Walls at x = edge.x and y = edge.y, which reach a little beyond the edge in which they meet. Behind them is a box as
+ * large as the eye's distance, or float would not do for packets. */
+static struct room make_edge(struct vec3 edge, double distance, enum primitive_kind x_wall,
+                             enum primitive_kind y_wall)
+{
+    double size = 0x1p-14;
+    struct room room = {.middle = edge, .size = size};
+    struct vec3 behind = vec3(edge.x + distance, edge.y + distance, edge.z);
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_box(builder, behind, vec_add(behind, vec3(distance, distance, distance)), 0);
+    for (unsigned axis = 0; axis < 2; axis++) {
+        enum primitive_kind kind = axis ? y_wall : x_wall;
+        struct vec3 out = vec3(!axis, axis, 0), along = vec3(axis, !axis, 0), up = vec3(0, 0, 1);
+        struct vec3 low = vec_add_scaled(vec_add_scaled(edge, along, -size), up, -size);
+        struct cone pill = {edge, vec_add_scaled(edge, out, size), size, size, 0, 1};
+        if (kind == PRIMITIVE_CONE)
+            assert_added(builder_add_cone(builder, &pill));
+        else if (kind == PRIMITIVE_TRIANGLE)
+            add_triangle(builder, low, vec_add_scaled(low, along, 4 * size),
+                         vec_add_scaled(low, up, 4 * size), 0);
+        else
+            assert_added(builder_add_plane(builder, &(struct plane){edge, vec_neg(out), 0, 0}));
+    }
+    room.scene = finish_scene(builder);
+    room.bvh = build_tree(room.scene);
+    return room;
+}
+
+/* Whether secondary rays from the hit have to start away from other surfaces. */
+static bool is_moved(const struct room *room, const struct ray *ray, const struct hit *hit)
+{
+    struct surface surface;
+    surface_at(room->scene, ray, hit, &surface);
+    struct vec3 moved = corner_point(room->scene, room->bvh, ray, hit);
+    return !vec_is_same(moved, surface.point);
+}
+
+/* Rays from the eye that pass the edge by this error; returns how many hits have points that are moved. */
+static unsigned count_moved(const struct room *room, struct vec3 eye, double error,
+                            uint64_t *random)
+{
+    struct ray rays[CLOSE_RAYS];
+    struct hit hits[CLOSE_RAYS];
+    uint64_t exact = 0;
+    unsigned moved = 0;
+    for (unsigned i = 0; i < CLOSE_RAYS; i++)
+        rays[i] = ray_to(eye, vec_add(room->middle, random_vector(random, error)));
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest(room->scene, room->bvh, rays, CLOSE_RAYS, hits, &exact);
+        for (unsigned i = 0; i < CLOSE_RAYS; i++) {
+            if (!is_moved(room, &rays[i], &hits[i])) continue;
+            assert_true(hits[i].in_corner);
+            moved++;
+        }
+    }
+    return moved;
+}
+
+/* Rays that are traced together find the corners of all hits whose points are moved: where the eye has large
+ * coordinates, so that their rounding counts, and where it has none, so that only the distance's does. */
+static void test_rays_together_find_corners(void **state)
+{
+    (void)state;
+    static const enum primitive_kind kinds[] = {PRIMITIVE_CONE, PRIMITIVE_TRIANGLE,
+                                                PRIMITIVE_PLANE};
+    static const struct vec3 eyes[] = {{0, 0, 0}, {0x1p30, 0x1p30, 0x1p30}};
+    static const struct vec3 ways[] = {{0.5, 1, 0.25}, {2048, 4096, 1024}};
+    uint64_t random = 175;
+    for (unsigned i = 0; i < 2 * 3 * 3; i++) {
+        struct vec3 eye = eyes[i % 2], edge = vec_add(eye, ways[i % 2]);
+        double error = 64 * UNIT_ROUNDOFF * vec_largest(edge);
+        struct room room = make_edge(edge, ways[i % 2].y, kinds[i / 2 % 3], kinds[i / 6]);
+        assert_true(count_moved(&room, eye, error, &random) > CLOSE_RAYS / 4);
+        free_room(&room);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -359,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_no_corner_between_panes),
         cmocka_unit_test(test_a_crowd_in_one_point),
         cmocka_unit_test(test_points_stay_within_small_surfaces),
+        cmocka_unit_test(test_rays_together_find_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
