@@ -284,7 +284,7 @@ static void test_overdue_is_broken_up(void **state)
 static bool is_broken_up(uint32_t edge, double part, double speed)
 {
     const struct queue_config config = {
-        .width = 512, .height = 512, .renderers = 4, .tile_edge = edge};
+        .width = 1024, .height = 1024, .renderers = 4, .tile_edge = edge};
     struct queue *queue = queue_create(&config);
     struct tile held[LOT_TILES], lot[LOT_TILES];
     struct pace_renderer *holder = &queue->pace.renderers[0];
@@ -318,6 +318,17 @@ static void test_overdue_few_pixels_are_broken_up_earlier(void **state)
     assert_false(is_broken_up(8, 3.0 / 64 * 1.05, 0.25));
 }
 
+/* A tile of any size, of a renderer of any speed, is broken up when no more than a 700th of the time by which it is
+ * overdue is left to each of the four renderers. */
+static void test_overdue_near_the_end_is_broken_up(void **state)
+{
+    (void)state;
+    assert_true(is_broken_up(32, 4.0 / 700 / 1.05, 1));
+    assert_false(is_broken_up(32, 4.0 / 700 * 1.05, 1));
+    assert_true(is_broken_up(32, 4.0 / 700 / 1.05 / 0.25, 0.25));
+    assert_false(is_broken_up(32, 4.0 / 700 * 1.05 / 0.25, 0.25));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -331,6 +342,7 @@ int main(void)
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_overdue_few_pixels_are_broken_up_earlier),
+        cmocka_unit_test(test_overdue_near_the_end_is_broken_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
