@@ -73,7 +73,7 @@ static void pass_on(struct queue *queue, struct draft *draft, struct hold *hold)
 static bool break_dear(struct queue *queue, struct hold *hold)
 {
     uint32_t parts = smaller(split_dear_parts(queue, hold->id), PIECES_MOST);
-    if (parts == 0 || !pieces_make(queue, hold->id, parts, 0)) return false;
+    if (!pieces_make(queue, hold->id, parts, 0)) return false;
     recall(queue, hold);
     return true;
 }
