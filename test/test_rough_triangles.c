@@ -88,6 +88,43 @@ static void test_tells_the_truth(void **state)
     assert_true(told.open < told.missed / 4);
 }
 
+/* Triangles across the z axis, at any height between 0 and 1, of which the ray from (0, 0, 1/2 -+ 2) meets all. */
+static struct scene *make_stack(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < LANES; i++) {
+        double z = random_between(random, 0, 1);
+        add_triangle(builder, vec3(-1, -1, z), vec3(1, -1, z), vec3(0, 1, z), grey);
+    }
+    return finish_scene(builder);
+}
+
+/* Rays that end just before a triangle, by less than its vertices are rounded, are not said to cross it. */
+static void test_rays_end_before_triangles(void **state)
+{
+    (void)state;
+    uint64_t random = 2;
+    struct told told = {0};
+    for (unsigned i = 0; i < 100; i++) {
+        struct scene *scene = make_stack(&random);
+        struct bvh *bvh = build_tree(scene);
+        const struct bvh_node *root = bvh_nodes(bvh);
+        for (unsigned k = 0; k < 2 * LANES; k++) {
+            double side = k % 2 ? 1 : -1, z = scene_vertices(scene)[k / 2 * 3].z;
+            struct ray ray = ray_along(vec3(0, 0, 0.5 + 2 * side), vec3(0, 0, -side));
+            ray.t_max = fabs(z - ray.origin.z) * (1 - 1e-9);
+            for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+                if (root->count[slot] > 0)
+                    check_ray(scene, bvh, bvh_leaves(bvh) + root->child[slot], root->count[slot], 0,
+                              &ray, &told);
+        }
+        free(bvh);
+        free(scene);
+    }
+    assert_true(told.certain > told.tested / 4);
+}
+
 /* Nothing is decided if places have no meaning, or the leaf is too far away or aside. */
 static void test_leaves_open(void **state)
 {
@@ -120,6 +157,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tells_the_truth),
+        cmocka_unit_test(test_rays_end_before_triangles),
         cmocka_unit_test(test_leaves_open),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
