@@ -157,8 +157,8 @@ static void test_middle(void **state)
 {
     (void)state;
     static const double fovs[] = {1, 45, 90, 130};
-    static const struct vec3 sizes[] = {
-        {1, 1, 1}, {100, 1, 1}, {1, 100, 1}, {1, 1, 100}, {50, 1, 100}};
+    static const struct vec3 sizes[] = {{1, 1, 1},    {100, 1, 1}, {1, 100, 1}, {1, 1, 100},
+                                        {50, 1, 100}, {1, 3, 1},   {4, 1, 2},   {1, 7, 20}};
     for (size_t i = 0; i < sizeof fovs / sizeof *fovs; i++)
         for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
             struct vec3 min = vec3(7, 8, 9), max = vec_add(min, sizes[k]);
