@@ -129,11 +129,7 @@ static inline void put_surface(struct points *points, uint32_t i, const struct p
     points->sure[i] = truth(sure);
 }
 
-/*
- * sphere_point() for a sphere and a ray of ordinary size that certainly meet. If the discriminant were so small that
- * sphere_point() computes it exactly, the roots would be 2^-43 of radius / speed from their middle, less than
- * sphere_line_behind_error().
- */
+/* sphere_point() for a sphere and a ray of ordinary size that certainly meet. */
 static inline struct place sphere_place(const struct points *points, uint32_t i, bool *sure)
 {
     struct vec3 center = lane(&points->a, i), o = lane(&points->origin, i);
@@ -145,6 +141,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     *sure &= is_ordinary(vec_largest(d));
     struct sphere_line line =
         sphere_line_from(center, r, o, d, sphere_closest_approach(center, o, d));
+    *sure &= line.discriminant.high > SPHERE_LINE_FILTER * sphere_line_error(&line, r);
     line.half = dd_root(line.discriminant);
     double behind = sphere_line_behind(&line, t);
     *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->t_error[i];
