@@ -81,6 +81,10 @@ static double front_of(const struct subject *subject)
  * picture. */
 #define OFF_CENTRE 1e-4
 
+/* The least depth of the nearest point, as a part of the eye's distance. Where one point decides how near the eye may
+ * come, the eye is in it, but for rounding. With this the slopes' differences are still far above rounding. */
+#define NEAREST_LEAST 1e-9
+
 /* Finding a slope between two: at the lower one half is larger than slope distance, at the higher one smaller. */
 struct search {
     double low, above;  /* a slope; half - slope distance there */
@@ -117,7 +121,8 @@ static void search_on(struct search *it, double slope, double off)
 static double centred(const struct subject *subject, struct vec3 axis, double slope,
                       struct span span, double distance)
 {
-    double enough = OFF_CENTRE * (distance - front_of(subject));
+    double nearest = fmax(distance - front_of(subject), NEAREST_LEAST * distance);
+    double enough = OFF_CENTRE * nearest;
     struct search search = {.high = slope, .below = slope * distance - span.half};
     if (!(search.below > enough * slope)) return span.eye_x;
     search.above = span_of(subject, axis, 0).half;

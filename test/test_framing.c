@@ -27,8 +27,7 @@ static struct builder *box_of(struct vec3 min, struct vec3 max)
     return builder;
 }
 
-/* Three vertices in one place. */
-static struct builder *point_of(struct vec3 point)
+static struct builder *triangle_of(const struct vec3 corners[3])
 {
     struct builder *builder = builder_create();
     const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
@@ -36,9 +35,14 @@ static struct builder *point_of(struct vec3 point)
     uint32_t index;
     assert_null(builder_add_material(builder, &material, &index));
     for (int k = 0; k < 3; k++)
-        assert_null(builder_add_vertex(builder, point, &triangle.vertex[k]));
+        assert_null(builder_add_vertex(builder, corners[k], &triangle.vertex[k]));
     assert_null(builder_add_triangle(builder, &triangle));
     return builder;
+}
+
+static struct builder *point_of(struct vec3 point)
+{
+    return triangle_of((struct vec3[]){point, point, point});
 }
 
 static struct builder *floor_of(double y)
@@ -250,6 +254,26 @@ static void test_shoulder_lights(void **state)
     settings_free(&settings);
 }
 
+/* Of this triangle one vertex decides how near the eye may come in both directions: the eye is in it. */
+static void test_eye_in_vertex(void **state)
+{
+    (void)state;
+    const struct vec3 corners[] = {
+        vec3(-25393.50944991693, -66956.37766953703, 24500.46655590913),
+        vec3(-25393.612074702567, -66956.41083295643, 24500.412310636126),
+        vec3(-25393.513738859994, -66956.40353935648, 24500.42137132352)};
+    struct builder *builder = triangle_of(corners);
+    struct settings settings;
+    settings_init(&settings);
+    settings.camera.fov = 90;
+    settings.image.width = 640;
+    settings.image.height = 480;
+    frame_scene(builder, &settings, false, false);
+    assert_true(vec_length(vec_sub(settings.camera.eye, corners[0])) < 1e-3);
+    builder_destroy(builder);
+    settings_free(&settings);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -259,6 +283,7 @@ int main(void)
         cmocka_unit_test(test_look_at),
         cmocka_unit_test(test_no_extent),
         cmocka_unit_test(test_eye),
+        cmocka_unit_test(test_eye_in_vertex),
         cmocka_unit_test(test_shoulder_lights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
