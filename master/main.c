@@ -16,6 +16,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/orphan.h"
 #include "common/processor.h"
 #include "master/bands.h"
 #include "master/help.h"
@@ -386,6 +387,7 @@ static void occupy_standard_descriptors(void)
 int main(int argc, char **argv)
 {
     occupy_standard_descriptors();
+    orphan_watch();
     stop_ignore_file_limit();
     struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);

@@ -205,11 +205,14 @@ other_launcher() { # srun, as far as a rank sees it: the command cannot tell all
 n=2
 check "stopped under another launcher" other_launcher
 
-# Whether none of the processes is left; those that are left are killed.
+# Whether the process has ended, be it that nobody has asked for its status yet; otherwise it is killed.
 ended() {
     i=0
-    while kill -0 "$@" 2>/dev/null && [ $i -lt 150 ]; do sleep 0.1; i=$((i + 1)); done
-    ! kill -9 "$@" 2>/dev/null
+    while grep -q '^State:.[^Z]' "/proc/$1/status" 2>/dev/null; do
+        [ $i -lt 150 ] || { kill -9 "$1"; return 1; }
+        sleep 0.1
+        i=$((i + 1))
+    done
 }
 alone() { # neither rank 0 nor what would end the job in its place is left
     "$MPIEXEC" -n 2 "$FARM" "$SCENE" $SLOW farm.patience=1 output.image=alone.png >o 2>e &

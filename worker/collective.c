@@ -3,6 +3,10 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/orphan.h"
+
+/* Seconds after which a rank that is left alone no longer waits: as many as all ranks have to start. */
+#define ALONE_PATIENCE 300
 
 void wait_request(MPI_Request *request)
 {
@@ -11,6 +15,7 @@ void wait_request(MPI_Request *request)
     for (;;) {
         MPI_Test(request, &done, MPI_STATUS_IGNORE);
         if (done) return;
+        orphan_leave(nap.waited, ALONE_PATIENCE);
         nap_take(&nap);
     }
 }

@@ -1,5 +1,6 @@
 #include "worker/work.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/orphan.h"
 #include "worker/collective.h"
 #include "worker/node_scene.h"
 #include "worker/survey.h"
@@ -197,7 +199,6 @@ static void start_worker(struct worker *worker, struct renderer *renderer,
                               .early_send = MPI_REQUEST_NULL};
     for (int i = 0; i < SENDS; i++)
         worker->sends[i] = MPI_REQUEST_NULL;
-    worker->parent = getppid();
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
@@ -242,16 +243,18 @@ static void end_worker(struct worker *worker)
 #define SLEEP_LONGEST 1.0
 
 /*
- * Ends this rank if it waits for a rank 0 that is gone. As a rule the launcher ends a job that has lost a rank; but the
- * launcher may be killed with it. A rank 0 that lives asks a renderer from which nothing comes for a sign of life every
- * second or so, so that this one would have heard of it.
+ * A rank 0 that lives asks a renderer from which nothing comes for a sign of life every second or so, also while it
+ * renders. A look that was late because the process or its machine was suspended counts as one second.
  */
-static void leave_if_orphaned(const struct worker *worker)
+static void leave_if_orphaned(struct worker *worker)
 {
-    if (!worker->started || getppid() == worker->parent) return;
-    double silence = clock_wall() - worker->heard_at;
-    if (silence > worker->patience)
-        fatal("rank 0 has been silent for %.0f s, and what had started this rank is gone", silence);
+    double now = clock_wall();
+    bool heard = worker->received != worker->heard;
+    worker->silence_s =
+        heard ? 0 : worker->silence_s + fmin(now - worker->looked_at, SLEEP_LONGEST);
+    worker->heard = worker->received;
+    worker->looked_at = now;
+    if (worker->started) orphan_leave(worker->silence_s, worker->patience);
 }
 
 /* Waits until there may be something to receive. */
@@ -278,7 +281,6 @@ void work(struct renderer *renderer, const struct node_scene *shared)
     renderer_on_wave(renderer, poll_whether_to_give_up, &worker);
     while (!worker.stopped) {
         bool received = receive_next(&worker);
-        if (received) worker.heard_at = clock_wall();
         if (worker.waiting > 0) {
             render_next(&worker);
             if (worker.waiting == 0) bell_ring(worker.bell);

@@ -9,7 +9,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <sys/types.h>
 
 #include "common/cpu_time.h"
 #include "common/protocol.h"
@@ -61,10 +60,12 @@ struct worker {
     unsigned received; /* number of things received from the master, in messages or in the tray */
     /* MPI may need calls to make progress with what this renderer has sent, or with something unknown. */
     bool unsettled;
-    bool started;       /* START was received */
-    double patience;    /* as it says */
-    double heard_at;    /* when something was last received, on clock_wall() */
-    pid_t parent;       /* the process that has started this rank */
+    bool started;    /* START was received */
+    double patience; /* as it says */
+    /* Seconds that this renderer has waited without receiving anything; when it last looked, on clock_wall(); the
+     * count `received` then. */
+    double silence_s, looked_at;
+    unsigned heard;
     struct lot current; /* the lot in work */
     uint32_t rendering; /* index of the tile in work */
     bool given_up;      /* the tile in work is to be abandoned: another renderer has finished it */
