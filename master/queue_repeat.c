@@ -141,7 +141,7 @@ static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, doub
  * whose speeds differ by 1 %, is 0.3 to 0.7 % faster, all runs on 100 and 128 0.2 to 0.5 %. One of 44 processors that
  * is four times slower, tried at each of the 44 places, costs more than 2 % beyond its missing share in 9 of 220 runs
  * with 16 and 256 samples, instead of in 17. If tiles of all sizes were broken up at a tenth of that time, 16 samples
- * would be 0.15 % slower.
+ * would be 0.15 % slower. In later passes of adaptive sampling a tile's pixels count whether they get samples or not.
  */
 #define BREAK_PIXEL 3
 #define BREAK_MOST  0.15
