@@ -527,14 +527,30 @@ static void test_any_spheres(void **state)
     assert_true(found > waves * WAVE / 4);
 }
 
-/* Cones and cylinders whose rays meet the side or a cap next to the rim between them. */
-static void compare_rims(uint64_t *random, unsigned *found)
+/* Compares the points where each ray hits the primitive of its id in a scene of the builder, which is freed; returns
+ * how many there are. */
+static unsigned compare_exact_hits(struct builder *builder, const struct ray rays[WAVE],
+                                   const uint32_t ids[WAVE])
 {
     static struct points points;
-    struct builder *builder = builder_create();
-    struct ray rays[WAVE];
+    struct scene *scene = finish_scene(builder);
     struct hit hits[WAVE];
     uint64_t exact = 0;
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct hit any = {1, 1, 0, ids[i], 0, 0};
+        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
+    }
+    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
+    free(scene);
+    return points.count;
+}
+
+/* Cones and cylinders whose rays meet the side or a cap next to the rim between them. */
+static unsigned compare_rims(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    uint32_t ids[WAVE];
     add_materials(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -230, 230));
@@ -550,15 +566,9 @@ static void compare_rims(uint64_t *random, unsigned *found)
         struct vec3 to = vec_add_scaled(base, aside, radius * (1 + off));
         rays[i] = ray_to(vec_add(to, random_vector(random, 3 * size)), to);
         assert_added(builder_add_cone(builder, &cone));
+        ids[i] = primitive_id(PRIMITIVE_CONE, i);
     }
-    struct scene *scene = finish_scene(builder);
-    for (uint32_t i = 0; i < WAVE; i++) {
-        struct hit any = {1, 1, 0, primitive_id(PRIMITIVE_CONE, i), 0, 0};
-        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
-    }
-    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
-    *found += points.count;
-    free(scene);
+    return compare_exact_hits(builder, rays, ids);
 }
 
 static void test_rims(void **state)
@@ -567,7 +577,7 @@ static void test_rims(void **state)
     uint64_t random = 108;
     unsigned found = 0, waves = 300;
     for (unsigned i = 0; i < waves; i++)
-        compare_rims(&random, &found);
+        found += compare_rims(&random);
     assert_true(found > waves * WAVE / 2);
 }
 
@@ -658,28 +668,20 @@ static struct ray edge_on_ray(uint64_t *random, const struct vec3 at[2])
     return ray_to(vec_add_scaled(vec_add(to, aside), at[1], -off), to);
 }
 
-static void compare_flats(uint64_t *random, unsigned *found)
+static unsigned compare_flats(uint64_t *random)
 {
-    static struct points points;
     struct builder *builder = builder_create();
     struct ray rays[WAVE];
-    struct hit hits[WAVE];
+    uint32_t ids[WAVE];
     struct vec3 at[2];
-    uint64_t exact = 0;
     add_materials(builder);
     for (uint32_t i = 0; i < WAVE / 2; i++) {
         add_flat(builder, random, at);
         rays[2 * i] = rays[2 * i + 1] = edge_on_ray(random, at);
+        ids[2 * i] = primitive_id(PRIMITIVE_PLANE, i);
+        ids[2 * i + 1] = primitive_id(PRIMITIVE_CONE, i);
     }
-    struct scene *scene = finish_scene(builder);
-    for (uint32_t i = 0; i < WAVE; i++) {
-        enum primitive_kind kind = i % 2 ? PRIMITIVE_CONE : PRIMITIVE_PLANE;
-        struct hit any = {1, 1, 0, primitive_id(kind, i / 2), 0, 0};
-        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
-    }
-    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
-    *found += points.count;
-    free(scene);
+    return compare_exact_hits(builder, rays, ids);
 }
 
 static void test_flats_from_the_edge(void **state)
@@ -688,7 +690,7 @@ static void test_flats_from_the_edge(void **state)
     uint64_t random = 105;
     unsigned found = 0, waves = 200;
     for (unsigned i = 0; i < waves; i++)
-        compare_flats(&random, &found);
+        found += compare_flats(&random);
     assert_true(found > waves * WAVE / 4);
 }
 
