@@ -17,23 +17,27 @@ static void check_near(struct vec3 v, struct vec3 expected, double error)
     assert_true(vec_length(vec_sub(v, expected)) <= error);
 }
 
-static struct builder *box_of(struct vec3 min, struct vec3 max)
+/* A builder that has a material, number 0. */
+static struct builder *with_material(void)
 {
     struct builder *builder = builder_create();
     const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
     uint32_t index;
     assert_null(builder_add_material(builder, &material, &index));
+    return builder;
+}
+
+static struct builder *box_of(struct vec3 min, struct vec3 max)
+{
+    struct builder *builder = with_material();
     assert_null(builder_add_box(builder, &(struct box){.min = min, .max = max}));
     return builder;
 }
 
 static struct builder *triangle_of(const struct vec3 corners[3])
 {
-    struct builder *builder = builder_create();
-    const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+    struct builder *builder = with_material();
     struct triangle triangle = {.material = 0};
-    uint32_t index;
-    assert_null(builder_add_material(builder, &material, &index));
     for (int k = 0; k < 3; k++)
         assert_null(builder_add_vertex(builder, corners[k], &triangle.vertex[k]));
     assert_null(builder_add_triangle(builder, &triangle));
@@ -47,10 +51,7 @@ static struct builder *point_of(struct vec3 point)
 
 static struct builder *floor_of(double y)
 {
-    struct builder *builder = builder_create();
-    const struct material material = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
-    uint32_t index;
-    assert_null(builder_add_material(builder, &material, &index));
+    struct builder *builder = with_material();
     assert_null(builder_add_plane(
         builder, &(struct plane){.point = vec3(0, y, 0), .normal = vec3(0, 1, 0)}));
     return builder;

@@ -402,14 +402,36 @@ static void move_away(double times, const struct vec3 corner[3], struct ray *ray
     *ray = ray_to(vec_add_scaled(to, ray->direction, -scale), to);
 }
 
-/* least: rays start at least at this many times the triangles' sizes from them; 0: anywhere. */
-static void compare_corners(uint64_t *random, double least, unsigned *found)
+/*
+ * Compares the points where each ray hits the primitive of its id in a scene of the builder, which is freed; returns
+ * how many there are. Rough hits have this weight. With `every` = 0 none is rough, with 1 all are, otherwise all but
+ * one in so many.
+ */
+static unsigned compare_hits(uint64_t *random, struct builder *builder, const struct ray rays[WAVE],
+                             const uint32_t ids[WAVE], uint32_t every, double weight)
 {
     static struct points points;
-    struct builder *builder = builder_create();
-    struct ray rays[WAVE];
+    struct scene *scene = finish_scene(builder);
     struct hit hits[WAVE], rough[WAVE];
     uint64_t exact = 0;
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct hit any = {1, 1, weight, ids[i], 0, 0};
+        hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
+        if (hits[i].primitive == PRIMITIVE_NONE || every == 0) continue;
+        if (every == 1 || random_below(random, every))
+            rough[i] = roughened(random, &hits[i], weight);
+    }
+    compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
+    free(scene);
+    return points.count;
+}
+
+/* least: rays start at least at this many times the triangles' sizes from them; 0: anywhere. */
+static unsigned compare_corners(uint64_t *random, double least)
+{
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    uint32_t ids[WAVE];
     add_materials(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         struct vec3 corner[3];
@@ -423,17 +445,9 @@ static void compare_corners(uint64_t *random, double least, unsigned *found)
             rays[i].direction =
                 vec_scale(rays[i].direction, ldexp(1, random_exponent(random, -450, 450)));
         add_triangle(builder, corner[0], corner[1], corner[2], 0);
+        ids[i] = primitive_id(PRIMITIVE_TRIANGLE, i);
     }
-    struct scene *scene = finish_scene(builder);
-    for (uint32_t i = 0; i < WAVE; i++) {
-        struct hit any = {1, 1, WEIGHT_UNKNOWN, primitive_id(PRIMITIVE_TRIANGLE, i), 0, 0};
-        hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
-        if (hits[i].primitive != PRIMITIVE_NONE)
-            rough[i] = roughened(random, &hits[i], WEIGHT_UNKNOWN);
-    }
-    compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
-    *found += points.count;
-    free(scene);
+    return compare_hits(random, builder, rays, ids, 1, WEIGHT_UNKNOWN);
 }
 
 /* Weights that are computed in lanes are those of the exact hit, wherever lanes say that they are sure. */
@@ -443,7 +457,7 @@ static void test_any_triangles(void **state)
     uint64_t random = 104;
     unsigned found = 0, waves = 1000;
     for (unsigned i = 0; i < waves; i++)
-        compare_corners(&random, 0, &found);
+        found += compare_corners(&random, 0);
     assert_true(found > waves * WAVE / 2);
 }
 
@@ -454,7 +468,7 @@ static void test_triangles_from_afar(void **state)
     uint64_t random = 107;
     unsigned found = 0, waves = 300;
     for (unsigned i = 0; i < waves; i++)
-        compare_corners(&random, i % 2 ? 0.6 : random_between(&random, 0.98, 1.02), &found);
+        found += compare_corners(&random, i % 2 ? 0.6 : random_between(&random, 0.98, 1.02));
     assert_true(found > waves * WAVE / 2);
 }
 
@@ -490,30 +504,20 @@ static struct ray ray_by(uint64_t *random, const struct sphere *sphere)
     return ray_along(vec_add_scaled(past, way, from * sphere->radius), vec_scale(way, speed));
 }
 
-static void compare_spheres(uint64_t *random, unsigned *found)
+static unsigned compare_spheres(uint64_t *random)
 {
-    static struct points points;
     struct builder *builder = builder_create();
     struct ray rays[WAVE];
-    struct hit hits[WAVE], rough[WAVE];
-    uint64_t exact = 0;
+    uint32_t ids[WAVE];
     add_materials(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         struct sphere sphere = any_sphere(random);
         bool is_dot = random_below(random, 4) == 0;
         rays[i] = is_dot ? ray_to_dot(random, &sphere) : ray_by(random, &sphere);
         assert_added(builder_add_sphere(builder, &sphere));
+        ids[i] = primitive_id(PRIMITIVE_SPHERE, i);
     }
-    struct scene *scene = finish_scene(builder);
-    for (uint32_t i = 0; i < WAVE; i++) {
-        struct hit any = {1, 1, 0, primitive_id(PRIMITIVE_SPHERE, i), 0, 0};
-        hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
-        if (hits[i].primitive != PRIMITIVE_NONE && random_below(random, 2))
-            rough[i] = roughened(random, &hits[i], 0);
-    }
-    compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
-    *found += points.count;
-    free(scene);
+    return compare_hits(random, builder, rays, ids, 2, 0);
 }
 
 /* Spheres that are just touched, and spheres of sizes for which single points need scaling. */
@@ -523,26 +527,8 @@ static void test_any_spheres(void **state)
     uint64_t random = 106;
     unsigned found = 0, waves = 300;
     for (unsigned i = 0; i < waves; i++)
-        compare_spheres(&random, &found);
+        found += compare_spheres(&random);
     assert_true(found > waves * WAVE / 4);
-}
-
-/* Compares the points where each ray hits the primitive of its id in a scene of the builder, which is freed; returns
- * how many there are. */
-static unsigned compare_exact_hits(struct builder *builder, const struct ray rays[WAVE],
-                                   const uint32_t ids[WAVE])
-{
-    static struct points points;
-    struct scene *scene = finish_scene(builder);
-    struct hit hits[WAVE];
-    uint64_t exact = 0;
-    for (uint32_t i = 0; i < WAVE; i++) {
-        struct hit any = {1, 1, 0, ids[i], 0, 0};
-        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
-    }
-    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
-    free(scene);
-    return points.count;
 }
 
 /* Cones and cylinders whose rays meet the side or a cap next to the rim between them. */
@@ -568,7 +554,7 @@ static unsigned compare_rims(uint64_t *random)
         assert_added(builder_add_cone(builder, &cone));
         ids[i] = primitive_id(PRIMITIVE_CONE, i);
     }
-    return compare_exact_hits(builder, rays, ids);
+    return compare_hits(random, builder, rays, ids, 0, 0);
 }
 
 static void test_rims(void **state)
@@ -681,7 +667,7 @@ static unsigned compare_flats(uint64_t *random)
         ids[2 * i] = primitive_id(PRIMITIVE_PLANE, i);
         ids[2 * i + 1] = primitive_id(PRIMITIVE_CONE, i);
     }
-    return compare_exact_hits(builder, rays, ids);
+    return compare_hits(random, builder, rays, ids, 0, 0);
 }
 
 static void test_flats_from_the_edge(void **state)
