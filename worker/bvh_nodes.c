@@ -18,10 +18,13 @@
 
 /*
  * A range of at most SUBTREE_ITEMS, or this share of all items if that is more, becomes a subtree that one thread
- * builds. This keeps many threads busy, as long as that is worth the effort. Where subtrees begin does not depend on
- * the number of threads, so that the same scene gives the same bytes.
+ * builds. This keeps many threads busy, as long as that is worth the effort. Of the ranges above, few are larger than
+ * WIDE_SHARE of all items: these are divided one after the other, each by all threads. The others, as many as the root
+ * has children and more, are divided by one thread each. None of this depends on the number of threads, so that the
+ * same scene gives the same bytes.
  */
-#define SUBTREE_SHARE 32
+#define SUBTREE_SHARE 64
+#define WIDE_SHARE    BVH_WIDTH
 
 /* Its root is child `slot` of node `parent`, or the root of all; depth is that of its root, as in build_node(). */
 struct subtree {
@@ -38,10 +41,7 @@ struct build {
     struct bvh_input input;
     struct bvh_node *nodes;
     uint32_t node_count;
-    double area;            /* of the root of the whole tree */
-    uint32_t subtree_items; /* at most; 0: this is a subtree */
-    struct subtree *subtrees;
-    uint32_t subtree_count;
+    double area; /* of the root of the whole tree */
 };
 
 /* ---- children ---- */
@@ -113,7 +113,7 @@ static int choose_child(const struct child children[BVH_WIDTH], unsigned count, 
 
 /* Divides a range until there are BVH_WIDTH children, or only leaves that are best left alone; returns their number.
  * Ranges are only halved where the tree might otherwise exceed BVH_MAX_DEPTH. */
-static unsigned find_children(struct build *build, const struct range *range, unsigned depth,
+static unsigned find_children(const struct build *build, const struct range *range, unsigned depth,
                               struct child children[BVH_WIDTH])
 {
     bool halving = depth + 1 + halving_depth(range->count) > BVH_MAX_DEPTH;
@@ -157,12 +157,17 @@ void bvh_empty_node(struct bvh_node *node)
 
 /* ---- nodes ---- */
 
-static void leave_to_subtree(struct build *build, const struct range *range, uint32_t parent,
-                             unsigned slot, unsigned depth)
+/* Fills in a node but for the numbers of its inner children. */
+static void fill_node(struct bvh_node *node, const struct child *children, unsigned count)
 {
-    build->subtrees = grow(build->subtrees, build->subtree_count, sizeof *build->subtrees);
-    build->subtrees[build->subtree_count++] =
-        (struct subtree){.range = *range, .parent = parent, .slot = slot, .depth = depth};
+    bvh_empty_node(node);
+    for (unsigned i = 0; i < count; i++) {
+        const struct range *part = &children[i].range;
+        bvh_fill_slot(node, i, &part->extent);
+        if (!may_be_leaf(part)) continue;
+        node->child[i] = part->first;
+        node->count[i] = part->count;
+    }
 }
 
 /* Fills in a node and all nodes below it; depth is that of the node, 0 for the root. */
@@ -172,36 +177,116 @@ static void build_node(struct build *build, uint32_t index, const struct range *
     struct child children[BVH_WIDTH];
     unsigned count = find_children(build, range, depth, children);
     struct bvh_node *node = &build->nodes[index];
-    bvh_empty_node(node);
-    for (unsigned i = 0; i < count; i++) {
-        const struct range *part = &children[i].range;
-        bvh_fill_slot(node, i, &part->extent);
-        if (may_be_leaf(part)) {
-            node->child[i] = part->first;
-            node->count[i] = part->count;
-        } else if (part->count <= build->subtree_items) {
-            leave_to_subtree(build, part, index, i, depth + 1);
+    fill_node(node, children, count);
+    for (unsigned i = 0; i < count; i++)
+        if (!may_be_leaf(&children[i].range)) node->child[i] = build->node_count++;
+    for (unsigned i = 0; i < count; i++)
+        if (!may_be_leaf(&children[i].range))
+            build_node(build, node->child[i], &children[i].range, depth + 1);
+}
+
+/* ---- the top ---- */
+
+/* A node whose children are not known yet. */
+struct open_node {
+    struct range range;
+    uint32_t index; /* of the node */
+    unsigned depth;
+    unsigned count; /* of children, when they have been found */
+    struct child children[BVH_WIDTH];
+};
+
+/* The top, which grows level by level: in each round all open nodes are divided. */
+struct top {
+    struct build build;
+    uint32_t subtree_items, wide_items; /* SUBTREE_SHARE and WIDE_SHARE */
+    struct open_node *open;             /* for the next round */
+    uint32_t open_count;
+    struct subtree *subtrees;
+    uint32_t subtree_count;
+};
+
+/* The nodes of a round, and what one thread divides them with. */
+struct round {
+    struct build build;
+    struct open_node *nodes;
+    uint32_t wide_items;
+};
+
+static void leave_open(struct top *top, const struct range *range, unsigned depth)
+{
+    top->open = grow(top->open, top->open_count, sizeof *top->open);
+    struct open_node *node = &top->open[top->open_count++];
+    node->range = *range;
+    node->index = top->build.node_count++;
+    node->depth = depth;
+}
+
+static void leave_to_subtree(struct top *top, const struct range *range, uint32_t parent,
+                             unsigned slot, unsigned depth)
+{
+    top->subtrees = grow(top->subtrees, top->subtree_count, sizeof *top->subtrees);
+    top->subtrees[top->subtree_count++] =
+        (struct subtree){.range = *range, .parent = parent, .slot = slot, .depth = depth};
+}
+
+static void divide(const struct build *build, struct open_node *node)
+{
+    node->count = find_children(build, &node->range, node->depth, node->children);
+}
+
+static void divide_alone(void *context, uint32_t iteration)
+{
+    const struct round *round = context;
+    struct open_node *node = &round->nodes[iteration];
+    if (node->range.count <= round->wide_items) divide(&round->build, node);
+}
+
+/* Fills in a node whose children have been found, and leaves these open or to subtrees. */
+static void close_node(struct top *top, const struct open_node *open)
+{
+    struct bvh_node *node = &top->build.nodes[open->index];
+    fill_node(node, open->children, open->count);
+    for (unsigned i = 0; i < open->count; i++) {
+        const struct range *part = &open->children[i].range;
+        if (may_be_leaf(part)) continue;
+        if (part->count <= top->subtree_items) {
+            leave_to_subtree(top, part, open->index, i, open->depth + 1);
         } else {
-            node->child[i] = build->node_count++;
+            node->child[i] = top->build.node_count;
+            leave_open(top, part, open->depth + 1);
         }
     }
-    for (unsigned i = 0; i < count; i++)
-        if (node->child[i] > 0 && node->count[i] == 0)
-            build_node(build, node->child[i], &children[i].range, depth + 1);
+}
+
+static void divide_round(struct top *top)
+{
+    struct round round = {top->build, top->open, top->wide_items};
+    uint32_t count = top->open_count;
+    round.build.input.pool = NULL;
+    top->open = NULL;
+    top->open_count = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (round.nodes[i].range.count > top->wide_items) divide(&top->build, &round.nodes[i]);
+    thread_pool_for(top->build.input.pool, count, divide_alone, &round);
+    for (uint32_t i = 0; i < count; i++)
+        close_node(top, &round.nodes[i]);
+    free(round.nodes);
 }
 
 /* ---- subtrees ---- */
 
 static void build_subtree(void *context, uint32_t iteration)
 {
-    const struct build *top = context;
+    const struct top *top = context;
     struct subtree *subtree = &top->subtrees[iteration];
     const struct range *range = &subtree->range;
     uint64_t bound = bvh_nodes_bound((uint64_t)range->weight + range->room);
     subtree->nodes = aligned_alloc(_Alignof(struct bvh_node), bound * sizeof *subtree->nodes);
     if (!subtree->nodes) fatal("out of memory: there is no room for a part of the tree");
-    struct build build = {
-        .input = top->input, .nodes = subtree->nodes, .node_count = 1, .area = top->area};
+    struct build build = top->build;
+    build.nodes = subtree->nodes;
+    build.node_count = 1;
     build.input.pool = NULL;
     build_node(&build, 0, range, subtree->depth);
     subtree->node_count = build.node_count;
@@ -210,10 +295,10 @@ static void build_subtree(void *context, uint32_t iteration)
 /* Moves a subtree to its place in the whole tree. */
 static void move_subtree(void *context, uint32_t iteration)
 {
-    const struct build *top = context;
+    const struct top *top = context;
     struct subtree *subtree = &top->subtrees[iteration];
     for (uint32_t n = 0; n < subtree->node_count; n++) {
-        struct bvh_node *node = &top->nodes[subtree->first + n];
+        struct bvh_node *node = &top->build.nodes[subtree->first + n];
         *node = subtree->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
             if (node->count[slot] == 0 && node->child[slot] > 0)
@@ -223,33 +308,33 @@ static void move_subtree(void *context, uint32_t iteration)
 }
 
 /* Places the subtrees after the nodes of the top. */
-static void place_subtrees(struct build *top)
+static void place_subtrees(struct top *top)
 {
+    struct build *build = &top->build;
     for (uint32_t i = 0; i < top->subtree_count; i++) {
         struct subtree *subtree = &top->subtrees[i];
-        subtree->first = top->node_count;
-        top->node_count += subtree->node_count;
-        if (subtree->first > 0) top->nodes[subtree->parent].child[subtree->slot] = subtree->first;
+        subtree->first = build->node_count;
+        build->node_count += subtree->node_count;
+        if (subtree->first > 0) build->nodes[subtree->parent].child[subtree->slot] = subtree->first;
     }
 }
 
 uint32_t bvh_build_nodes(const struct bvh_input *input, const struct range *all,
                          struct bvh_node *nodes)
 {
-    struct build top = {.input = *input,
-                        .nodes = nodes,
-                        .area = extent_half_area(&all->extent),
-                        .subtree_items = all->count / SUBTREE_SHARE};
-    if (top.subtree_items < SUBTREE_ITEMS) top.subtree_items = SUBTREE_ITEMS;
-    if (all->count <= top.subtree_items) {
+    struct top top = {
+        .build = {.input = *input, .nodes = nodes, .area = extent_half_area(&all->extent)},
+        .subtree_items = larger(all->count / SUBTREE_SHARE, SUBTREE_ITEMS),
+        .wide_items = all->count / WIDE_SHARE};
+    if (all->count <= top.subtree_items)
         leave_to_subtree(&top, all, 0, 0, 0);
-    } else {
-        top.node_count = 1;
-        build_node(&top, 0, all, 0);
-    }
+    else
+        leave_open(&top, all, 0);
+    while (top.open_count > 0)
+        divide_round(&top);
     thread_pool_for(input->pool, top.subtree_count, build_subtree, &top);
     place_subtrees(&top);
     thread_pool_for(input->pool, top.subtree_count, move_subtree, &top);
     free(top.subtrees);
-    return top.node_count;
+    return top.build.node_count;
 }

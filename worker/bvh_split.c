@@ -136,7 +136,7 @@ typedef void bin_items(const struct bvh_input *input, struct binning *binning, u
 /* Separate bins for the items of each iteration. */
 struct bin_parts {
     const struct bvh_input *input;
-    uint32_t begin, end;
+    uint32_t begin, end, chunk; /* chunk: items of an iteration */
     bin_items *bin;
     struct binning *parts;
 };
@@ -144,8 +144,8 @@ struct bin_parts {
 static void bin_part(void *context, uint32_t iteration)
 {
     const struct bin_parts *all = context;
-    uint32_t begin = all->begin + iteration * CHUNK_ITEMS;
-    uint32_t end = all->end - begin < CHUNK_ITEMS ? all->end : begin + CHUNK_ITEMS;
+    uint32_t begin = all->begin + iteration * all->chunk;
+    uint32_t end = begin + smaller(all->end - begin, all->chunk);
     all->bin(all->input, &all->parts[iteration], begin, end);
 }
 
@@ -163,17 +163,21 @@ static void add_bins(struct binning *binning, const struct binning *more)
     }
 }
 
-/* Adds all items of a range to bins, which must be empty. */
+/* Of one range. Each has bins of its own, 2 KB, which one thread adds up in the end. */
+#define CHUNKS_MAX 1024u
+
+/* Adds all items of a range to bins, which must be empty. chunk: how many are worth a thread. */
 static void bin_range(const struct bvh_input *input, struct binning *binning,
-                      const struct range *range, bin_items *bin)
+                      const struct range *range, bin_items *bin, uint32_t chunk)
 {
-    uint32_t begin = range->first, end = begin + range->count,
-             parts = divide_up(end - begin, CHUNK_ITEMS);
+    uint32_t begin = range->first, end = begin + range->count;
+    chunk = larger(chunk, divide_up(range->count, CHUNKS_MAX));
+    uint32_t parts = divide_up(range->count, chunk);
     if (!input->pool || parts < 2) {
         bin(input, binning, begin, end);
         return;
     }
-    struct bin_parts all = {input, begin, end, bin, allocate(parts, sizeof *all.parts)};
+    struct bin_parts all = {input, begin, end, chunk, bin, allocate(parts, sizeof *all.parts)};
     for (uint32_t i = 0; i < parts; i++)
         all.parts[i] = *binning;
     thread_pool_for(input->pool, parts, bin_part, &all);
@@ -221,7 +225,7 @@ struct split find_object_split(const struct bvh_input *input, const struct range
     struct binning binning;
     struct split best = {.cost = INFINITE, .overlap = INFINITE};
     place_bins(&binning, range->count, range->centers.min, range->centers.max);
-    bin_range(input, &binning, range, bin_by_center);
+    bin_range(input, &binning, range, bin_by_center, CHUNK_ITEMS);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];
@@ -351,13 +355,16 @@ static void bin_by_place(const struct bvh_input *input, struct binning *binning,
         bin_item_by_place(input, binning, &input->items[i]);
 }
 
+/* How many times as long as by its centre it takes to bin a triangle by its pieces. */
+#define CUTTING 8
+
 struct split find_spatial_split(const struct bvh_input *input, const struct range *range,
                                 const struct split *split)
 {
     struct binning binning;
     struct split best = *split;
     place_bins(&binning, range->count, range->extent.min, range->extent.max);
-    bin_range(input, &binning, range, bin_by_place);
+    bin_range(input, &binning, range, bin_by_place, CHUNK_ITEMS / CUTTING);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];
