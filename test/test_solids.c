@@ -326,11 +326,96 @@ static void test_sphere_lanes(void **state)
     check_many(20000, 20, true);
 }
 
+/* ---- rays that start on a sphere ---- */
+
+/* A ray from a point of the sphere, up to rounding, in any direction or almost along the surface. */
+static struct ray ray_on(uint64_t *random, const struct sphere *sphere)
+{
+    struct vec3 out = vec_normalize(random_vector(random, 1)), any = random_vector(random, 1);
+    struct vec3 way = random_below(random, 2) ? any : vec_cross(out, any);
+    way = vec_add_scaled(way, out, random_between(random, -1, 1) * some_size(random, -17, -2));
+    return ray_along(vec_add_scaled(sphere->center, out, sphere->radius), way);
+}
+
+/* f.d > 0 of a ray that goes outward; one that goes inward leaves at -2 f.d / d.d. */
+static void check_way_out(const struct ways_out *ways, unsigned lane, const struct sphere *sphere,
+                          const struct ray *ray, struct counts *counts)
+{
+    mpfr_t dots[DOTS];
+    for (int i = 0; i < DOTS; i++)
+        mpfr_init2(dots[i], BITS);
+    dot_products(ray, sphere->center, sphere->center, dots);
+    bool outward = ways->outward >> lane & 1, inward = ways->inward >> lane & 1;
+    if (outward) assert_true(mpfr_sgn(dots[FD]) > 0);
+    if (inward) {
+        mpfr_mul_si(dots[FD], dots[FD], -2, MPFR_RNDN);
+        mpfr_div(dots[FD], dots[FD], dots[DD], MPFR_RNDN);
+        assert_true(lane_at(ways->low, lane) > 0);
+        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) >= lane_at(ways->low, lane));
+        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) <= lane_at(ways->high, lane));
+    }
+    counts->missed += outward;
+    counts->decided += inward;
+    counts->open += !outward && !inward;
+    for (int i = 0; i < DOTS; i++)
+        mpfr_clear(dots[i]);
+}
+
+/* far: how far the centre is from the origin; exponent: of two, by which all of that is scaled; speed: the same for the
+ * direction. */
+static struct counts check_ways_out(double far, int exponent, int speed)
+{
+    uint64_t random = 53;
+    struct counts counts = {0, 0, 0};
+    double o[3][LANES], d[3][LANES], center[3][LANES], radius[LANES];
+    for (unsigned n = 0; n < 1000; n++) {
+        struct sphere spheres[LANES];
+        struct ray rays[LANES];
+        for (unsigned i = 0; i < LANES; i++) {
+            spheres[i] = (struct sphere){.center = random_vector(&random, far),
+                                         .radius = some_size(&random, -3, 1)};
+            rays[i] = ray_on(&random, &spheres[i]);
+            spheres[i].center = vec_scale_exactly(spheres[i].center, exponent);
+            rays[i].origin = vec_scale_exactly(rays[i].origin, exponent);
+            put(o, i, rays[i].origin);
+            rays[i].direction = vec_scale_exactly(rays[i].direction, speed);
+            put(d, i, rays[i].direction);
+            put(center, i, spheres[i].center);
+            radius[i] = ldexp(spheres[i].radius, exponent);
+        }
+        const struct lanes origins[3] = {lanes_load(o[0]), lanes_load(o[1]), lanes_load(o[2])};
+        const struct lanes directions[3] = {lanes_load(d[0]), lanes_load(d[1]), lanes_load(d[2])};
+        struct ray_lanes ray = rays_in_lanes(origins, directions);
+        struct sphere_lanes sphere = {column(center), lanes_load(radius)};
+        struct ways_out ways = sphere_ways_out(&sphere, &ray);
+        for (unsigned i = 0; i < LANES; i++)
+            check_way_out(&ways, i, &spheres[i], &rays[i], &counts);
+    }
+    return counts;
+}
+
+static void test_ways_out(void **state)
+{
+    (void)state;
+    struct counts near = check_ways_out(1, 0, 0);
+    assert_true(near.missed > 3000 && near.decided > 3000 && near.open < 1000);
+    struct counts far = check_ways_out(1e6, 0, 0);
+    assert_true(far.missed > 3000 && far.decided > 3000);
+    check_ways_out(1, -450, -430);
+    check_ways_out(1, 500, 480);
+    check_ways_out(1, 1015, 0);
+    check_ways_out(1, 0, 515);
+    /* The smallest products lose digits. */
+    assert_int_equal(check_ways_out(1, -920, 0).open, 8000);
+    assert_int_equal(check_ways_out(1, 0, -470).decided, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cone_lanes),
         cmocka_unit_test(test_sphere_lanes),
+        cmocka_unit_test(test_ways_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -158,12 +158,17 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 /* The same as triangle_candidates(), for a solid that has spans. */
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
+    lane_set leaving = rays & rays_from(&it->packet, leaf->id);
+    struct ways_out ways = {.outward = 0};
+    if (leaving) ways = ways_out_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    rays &= ~(leaving & ways.outward);
+    if (!rays) return;
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set leaving = rays_from(&it->packet, leaf->id);
     lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
-    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & first.decided & ~leaving : 0;
+    if (leaving) first_way_out(&first, leaving, &ways);
+    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & first.decided : 0;
     decided &= lanes_less(it->least, first.from);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);

@@ -81,19 +81,35 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
     }
 }
 
+/* A solid on which some of the rays start. Returns those that are not decided. */
+static NOINLINE lane_set leave_solid(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                                     lane_set rays)
+{
+    struct ways_out ways = ways_out_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    lane_set through = rays & ways.inward & lanes_less(it->least, ways.low) &
+                       lanes_less(ways.high, it->packet.t_max);
+    if (!has_usable_spans(it->scene, leaf->id)) through = 0;
+    certain_crossings(it, leaf, through, 1);
+    return rays & ~(ways.outward | through);
+}
+
 static NOINLINE void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
                                       lane_set rays)
 {
-    struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set leaving = rays_from(&it->packet, leaf->id);
-    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->packet.t_max));
-    if (!set) return;
-    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->packet.t_max);
-    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & ~leaving : 0;
-    decided &= lanes_less(it->least, first_crossing_lanes(&spans).from);
-    certain_crossings(it, leaf, decided & certain.once, 1);
-    certain_crossings(it, leaf, decided & certain.twice, 2);
-    test_each(it, leaf, set & ~(decided & (certain.once | certain.twice)));
+    lane_set leaving = rays & rays_from(&it->packet, leaf->id);
+    rays &= ~leaving;
+    if (leaving) leaving = leave_solid(it, leaf, leaving);
+    if (rays) {
+        struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+        rays &= may_be_crossed_lanes(&spans, it->packet.t_max);
+        struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->packet.t_max);
+        lane_set decided = has_usable_spans(it->scene, leaf->id) ? rays : 0;
+        decided &= lanes_less(it->least, first_crossing_lanes(&spans).from);
+        certain_crossings(it, leaf, decided & certain.once, 1);
+        certain_crossings(it, leaf, decided & certain.twice, 2);
+        rays &= ~(decided & (certain.once | certain.twice));
+    }
+    test_each(it, leaf, rays | leaving);
 }
 
 /* Tests a leaf. Keeps as blocker the leaf if a triangle has blocked a ray, or another primitive that has. */
