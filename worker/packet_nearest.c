@@ -149,6 +149,7 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 {
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
+        if (is_left_behind(it->scene, id, &it->rays[lane])) continue;
         struct nearest_walk *walk = walk_of(it, lane);
         nearest_primitive(walk, id, false);
         it->limit[lane] = smaller_number(it->limit[lane], walk->probe.purpose.farthest);

@@ -77,6 +77,7 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
 {
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
+        if (is_left_behind(it->scene, leaf->id, &it->rays[lane])) continue;
         note(it, lane, occlusion_primitive(walk_of(it, lane), leaf, false));
     }
 }

@@ -111,6 +111,27 @@ static inline struct crossings cone_crossings_ahead(const struct scene *scene, u
     return crossings_ahead(scene, id, ray, cone_crossings(cone, ray, leaving, &both, exact));
 }
 
+/* Whether primitive_crossings() certainly has none, as the ray starts on the primitive, which is flat, or goes outward
+ * from it. Not for spheres, of which this is decided in lanes (worker/solid_lanes.h). */
+static inline bool is_left_behind(const struct scene *scene, uint32_t id, const struct ray *ray)
+{
+    if (id != ray->from) return false;
+    uint32_t index = primitive_index(id), part = ray_from_part(ray);
+    switch (primitive_kind(id)) {
+    case PRIMITIVE_SPHERE:
+        return false;
+    case PRIMITIVE_BOX:
+        return !box_goes_inside(part, ray);
+    case PRIMITIVE_CONE: {
+        const struct cone *cone = &scene_cones(scene)[index];
+        struct cone_sketch s = cone_sketch(cone, ray);
+        return cone_sketch_holds(&s) && ray_leaves_cone(cone, &s, part);
+    }
+    default:
+        return true;
+    }
+}
+
 /*
  * The crossings of the ray's line with the primitive, without the one at the ray's start if the ray starts on
  * it. What does not matter for the purpose may be left out. Adds to *exact the number of predicates that
