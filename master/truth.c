@@ -178,8 +178,10 @@ struct truth truth_of(const struct canvas *canvas, const struct canvas *referenc
     float *largest = allocate(pixels, sizeof *largest), most = 0;
     for (size_t i = 0; i < pixels; i++) {
         double worst = 0;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++)
-            worst = fmax(worst, difference(canvas, reference, c));
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            double miss = difference(canvas, reference, c);
+            worst = fmax(worst, isnan(miss) ? HUGE_VAL : miss); /* fmax() would ignore a NaN */
+        }
         largest[i] = (float)worst;
         most = fmaxf(most, largest[i]);
     }

@@ -25,7 +25,8 @@ struct truth {
     double p999; /* 99.9 % of the pixels differ by less in every component */
 };
 
-/* The two pictures have the same size, of one pixel at least. */
+/* The two pictures have the same size, of one pixel at least. A component that is not finite differs infinitely from
+ * the reference, which is finite. */
 struct truth truth_of(const struct canvas *canvas, const struct canvas *reference);
 
 #endif

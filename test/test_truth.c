@@ -122,6 +122,9 @@ static void test_differences(void **state)
     struct truth truth = truth_of(&canvas, &reference);
     assert_true(fabs(truth.rmse - sqrt((20 * 4 + 9) / 30000.0)) < 1e-12);
     assert_true(truth.most == 3 && truth.p999 == 2);
+    canvas.rgb[299] = NAN; /* the difference of such a pixel is not 0 */
+    truth = truth_of(&canvas, &reference);
+    assert_true(truth.most == HUGE_VAL && truth.p999 == 2);
     canvas_free(&canvas);
     canvas_free(&reference);
 }
