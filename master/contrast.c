@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "common/extremes.h"
+
 /* Pixels that are processed together: their data stays in the first-level cache. */
 #define CHUNK 128u
 
@@ -13,7 +15,7 @@
 #define OVER_PIXELS _Pragma("omp simd")
 
 /* NaN in place of a colour of which any component is not finite: so all differences to it are NaN, which no comparison
- * below selects. */
+ * below selects; nor do smaller_number() and larger_number(), as it is their first argument. */
 void color_row_take(const struct color_row *row, const struct canvas *canvas, int64_t y)
 {
     uint32_t width = canvas->width;
@@ -69,17 +71,6 @@ static inline double product(struct difference a, struct difference b)
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/* b where a is NaN. */
-static inline double lesser(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline double greater(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 /* For each pixel of a chunk: the largest difference and its square; 0 where no neighbour counts. */
 struct farthest {
     double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
@@ -121,7 +112,7 @@ static void find_opposite(const struct planes *it, uint32_t count, const struct 
     for (uint32_t i = 0; i < count; i++) {
         struct difference far = {farthest->x[i], farthest->y[i], farthest->z[i]};
         double least = 0;
-#define TAKE(k) least = lesser(product(far, difference_to(&planes, k, i)), least);
+#define TAKE(k) least = smaller_number(product(far, difference_to(&planes, k, i)), least);
         FOR_NEIGHBOURS(TAKE)
 #undef TAKE
         opposite[i] = least;
@@ -136,8 +127,8 @@ static void find_range(const struct planes *it, unsigned c, uint32_t count, doub
     for (uint32_t i = 0; i < count; i++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
 #define TAKE(k)                                                                                    \
-    low = lesser(planes.there[k][c][i], low);                                                      \
-    high = greater(planes.there[k][c][i], high);
+    low = smaller_number(planes.there[k][c][i], low);                                              \
+    high = larger_number(planes.there[k][c][i], high);
         FOR_NEIGHBOURS(TAKE)
 #undef TAKE
         range[i] = high - low;
