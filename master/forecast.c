@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* The power law from now to goal. times: by how much the logarithm of time grows until the goal is reached.
+/* The power law from now to goal. log_time: by how much the logarithm of time grows until the goal is reached.
  * slope_spread: standard deviation of the slope that comes from the uncertainty of the errors. */
 static struct error_forecast law_to(const struct error_point *now, double goal, double log_time,
                                     double slope_spread)
@@ -40,7 +40,7 @@ static struct decline decline_of(double ratio, double error_ratio)
     return (struct decline){FORECAST_EDGE, fmin((error_ratio - edge) / (smooth - edge), 1)};
 }
 
-/* The part of the squared error that is left with `log_time` as many samples. */
+/* The part of the squared error that is left with `ratio` times as many samples. */
 static double left_after(const struct decline *decline, double ratio)
 {
     return (1 - decline->smooth_share) * pow(ratio, -decline->power) +
@@ -166,8 +166,8 @@ static double log_time_if_off(const struct halfway *it, struct input_errors off)
     return log_time * log(now / it->goal) / log(now / to.rmse);
 }
 
-/* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for the
- * two values of `log_time`. */
+/* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for
+ * `steep` and `flat`, what log_time_if_off() is then. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;

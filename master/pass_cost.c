@@ -120,7 +120,7 @@ static struct tile part_in_block(const struct tile *tile, uint32_t column, uint3
     };
 }
 
-/* Seconds are divided among blocks as predicted, those of passes that are not among their pixels. */
+/* The tile's seconds are divided among its blocks as predicted; where nothing was predicted, by their pixels. */
 void pass_cost_took(struct pass_cost *cost, const struct tile *tile, double seconds)
 {
     double whole = pass_cost_of(cost, tile), pixels = (double)tile->w * tile->h;

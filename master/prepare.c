@@ -162,7 +162,7 @@ static bool starts_in_time(struct run *run)
     return false;
 }
 
-/* Each of the next three functions returns an exit status, or -1 to go on. */
+/* load(), make_scene() and open_rendering() return an exit status, or -1 to go on. */
 
 static int load(struct run *run)
 {
