@@ -171,11 +171,6 @@ static bool (*const loaders[SCENE_SECTIONS])(const struct reading *at, void *dat
     /* Materials have been loaded before. */
 };
 
-bool is_scene_section(const char *kind)
-{
-    return scene_section_of(kind) < SCENE_SECTIONS;
-}
-
 static bool refuse_section(const struct ini *ini, const struct ini_section *section)
 {
     if (is_settings_section(section->kind)) {

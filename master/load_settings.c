@@ -286,7 +286,8 @@ static bool apply(struct loader *loader, struct ini *ini, const struct override 
                    override->kind, override->kind, override->key);
         return false;
     }
-    if (!is_scene_section(override->kind)) return refuse_override_section(ini, override);
+    if (scene_section_of(override->kind) == SCENE_SECTIONS)
+        return refuse_override_section(ini, override);
     struct ini_section *section = overridden_section(ini, override);
     if (!section) return false;
     ini_set(section, override->key, override->value, &entry);

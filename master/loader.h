@@ -153,8 +153,7 @@ bool load_nff(const struct part *part);
 /* Loads the scene sections of an INI document; those of settings are skipped in CONFIG and refused elsewhere. */
 bool load_scene_sections(struct part *part, const struct ini *ini);
 
-/* Whether an INI section of this kind is part of a scene, or holds settings. */
-bool is_scene_section(const char *kind);
+/* Whether an INI section of this kind holds settings. */
 bool is_settings_section(const char *kind);
 
 /* The end of the message about an unknown section: which one may have been meant. The caller frees it. */

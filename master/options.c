@@ -1,11 +1,12 @@
 #include "master/options.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "common/message.h"
 #include "common/settings.h"
-#include "master/load.h"
+#include "master/loader.h"
 #include "master/path.h"
 #include "master/scene_sections.h"
 
@@ -53,18 +54,13 @@ static bool parse_flag(const char *argument, struct options *options)
     return false;
 }
 
-/* Whether the word names a section of settings or of a scene. */
+/* Whether a word of this length names a section of settings or of a scene. */
 static bool is_section(const char *word, size_t length)
 {
-    for (size_t i = 0; i < SETTINGS_KEYS; i++) {
-        const char *section = settings_keys[i].section;
-        if (strlen(section) == length && memcmp(section, word, length) == 0) return true;
-    }
-    for (size_t i = 0; scene_section_kind(i); i++) {
-        const char *name = scene_section_kind(i)->name;
-        if (strlen(name) == length && memcmp(name, word, length) == 0) return true;
-    }
-    return false;
+    char *kind = format_text("%.*s", (int)length, word);
+    bool found = is_settings_section(kind) || scene_section_of(kind) != SCENE_SECTIONS;
+    free(kind);
+    return found;
 }
 
 /* Whether an argument with a '=', such as "./a=0.5/scene.ini", is the path of a scene. The file need not exist here if
