@@ -16,7 +16,7 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
             queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
         if (hold->recalled || finished || holdings_find(&queue->holdings, renderer, hold->id))
             continue;
-        hold->recalled = true;
+        holdings_recall(&queue->holdings, hold);
         queue->count.repeated++;
         *tile = queue_tile_of(queue, hold->id);
         return true;
