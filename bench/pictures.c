@@ -1,6 +1,7 @@
 #include "bench/pictures.h"
 
 #include <glob.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

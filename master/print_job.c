@@ -1,4 +1,5 @@
 /* Makes the text of --print-config (declared in load.h). */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,5 +1,4 @@
 /* How large tiles have to be for the master to keep up with them. */
-#include "common/extremes.h"
 #include "master/queue_parts.h"
 
 /* A tile takes the master SERVICE_S at least, however short an answer is (service_tile_s in bench/balance_messages.c).

@@ -3,6 +3,7 @@
  * damaged records got valid checksums, as a forger would give them, what is read back must be records within their
  * bounds.
  */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
