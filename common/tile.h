@@ -29,6 +29,7 @@ _Static_assert(sizeof(struct tile) == 32, "struct tile goes over the wire as it 
 /* The largest tile, in pixels of its rectangle; bounds the sizes of messages and buffers. */
 #define TILE_MAX_PIXELS (1u << 20)
 
+/* How many pixels the tile has. w * h and step must be TILE_MAX_PIXELS at most: larger ones may overflow. */
 static inline uint32_t tile_pixels(const struct tile *tile)
 {
     assert(tile->w >= 1 && tile->step >= 1);

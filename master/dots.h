@@ -35,6 +35,7 @@ extern const float dots_ink[3];
 /* Fills the canvas from the row `top` down with the ground of a legend. */
 void dots_clear(const struct dots *dots);
 
+/* Fills a rectangle, whose upper left corner is at `at`. */
 void dots_fill(const struct dots *dots, const uint32_t at[2], uint32_t w, uint32_t h,
                const float rgb[3]);
 

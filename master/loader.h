@@ -145,9 +145,11 @@ struct mesh {
 };
 #define CREASE_OF_FILE (-1.0)
 
+/* Loads the faces of an OBJ file and the materials that it names; false after reporting an error. */
 bool load_obj(const struct part *part, const struct mesh *mesh);
 
-/* Loads objects, lights, and (where nothing else sets them) view and background from an NFF file. */
+/* Loads objects, lights, and (where nothing else sets them) view and background from an NFF file; false after reporting
+ * an error. */
 bool load_nff(const struct part *part);
 
 /* Loads the scene sections of an INI document; those of settings are skipped in CONFIG and refused elsewhere. */

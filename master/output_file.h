@@ -46,6 +46,7 @@ struct output {
     int error; /* errno of the first failure; 0: none */
 };
 
+/* Writes the next bytes of the file; nothing after the first failure, which output_close() returns. */
 void output_put(struct output *output, const void *data, size_t bytes);
 
 /* Moves the file to its place, or removes all traces of it after a failure. Returns errno, 0 for success. */

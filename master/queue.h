@@ -144,6 +144,7 @@ double queue_calm(struct queue *queue, double now);
 /* Whether the renderer holds as many lots as it may: it gets no more until it answers. */
 bool queue_is_full(const struct queue *queue, uint32_t renderer);
 
+/* How many tiles the renderer holds, probes included. */
 uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer);
 
 /* Sets *tile to the tile with this id that the renderer holds; false when it holds no such tile. */

@@ -19,6 +19,7 @@ struct scan {
 /* The end of the message about a number that is too large for a double (scan.too_large). */
 #define NUMBER_TOO_LARGE "a number is out of range, expected none beyond 1.79e308"
 
+/* Text and path are the caller's, and valid as long as the result. joins: as in struct scan. */
 struct scan scan_start(const char *text, const char *path, bool joins);
 
 /* Moves to the next line that holds a word; false at the end of the text. */
