@@ -45,23 +45,15 @@ static void pfm_encode(const struct canvas *canvas, struct output *output)
         output_put(output, canvas->rgb + y * row, row * sizeof *canvas->rgb);
 }
 
-/* Encodes a format other than PFM. */
-static void pack(enum format format, const struct canvas *canvas, struct thread_pool *pool,
-                 byte_sink *sink, void *context)
-{
-    if (format == FORMAT_PNG)
-        png_encode(canvas, pool, sink, context);
-    else
-        hdr_encode(canvas, sink, context);
-}
-
 static void encode(enum format format, const struct canvas *canvas, struct thread_pool *pool,
                    struct output *output)
 {
     if (format == FORMAT_PFM)
         pfm_encode(canvas, output);
+    else if (format == FORMAT_PNG)
+        png_encode(canvas, pool, output_sink, output);
     else
-        pack(format, canvas, pool, output_sink, output);
+        hdr_encode(canvas, output_sink, output);
 }
 
 /* The values that a reader of the file gets for a pixel. */
