@@ -69,11 +69,8 @@ static bool set_setting(struct loader *loader, const struct ini_section *section
 {
     size_t count;
     const struct key *keys = settings_of(section->kind, &count);
-    const struct key *key = find_key(keys, count, entry->key);
-    if (!key) {
-        refuse_key(section, entry, keys, count);
-        return false;
-    }
+    const struct key *key = key_of_entry(section, entry, keys, count);
+    if (!key) return false;
     struct ini_entry local = *entry;
     bool is_path = key->type == VALUE_TEXT && *entry->value;
     if (is_path) local.value = path_in(entry->folder, entry->value);

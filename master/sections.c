@@ -11,16 +11,11 @@ char *section_title(const struct ini_section *section)
     return format_text("[%s%s%s]", section->kind, *section->name ? " " : "", section->name);
 }
 
-const struct key *find_key(const struct key *keys, size_t count, const char *name)
+const struct key *key_of_entry(const struct ini_section *section, const struct ini_entry *entry,
+                               const struct key *keys, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        if (strcmp(keys[i].name, name) == 0) return &keys[i];
-    return NULL;
-}
-
-void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
-                const struct key *keys, size_t count)
-{
+        if (strcmp(keys[i].name, entry->key) == 0) return &keys[i];
     struct nearest_name search = {.name = entry->key};
     for (size_t i = 0; i < count; i++)
         nearest_name_try(&search, keys[i].name);
@@ -29,6 +24,7 @@ void refuse_key(const struct ini_section *section, const struct ini_entry *entry
     user_error(entry->file, entry->line, "unknown key '%s' in %s%s", entry->key, title, hint);
     free(title);
     free(hint);
+    return NULL;
 }
 
 const char *comment_hint(const char *value)
@@ -78,12 +74,8 @@ bool read_section(const struct ini *ini, const struct ini_section *section, cons
     keys_set_fallbacks(keys, count, base);
     for (size_t i = 0; i < section->count; i++) {
         const struct ini_entry *entry = &section->entries[i];
-        const struct key *key = find_key(keys, count, entry->key);
-        if (!key) {
-            refuse_key(section, entry, keys, count);
-            return false;
-        }
-        if (!read_entry(section, entry, key, base)) return false;
+        const struct key *key = key_of_entry(section, entry, keys, count);
+        if (!key || !read_entry(section, entry, key, base)) return false;
     }
     return nothing_missing(ini, section, keys, count);
 }

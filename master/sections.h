@@ -8,9 +8,10 @@
 /* "[sphere ball]" or "[image]", as text that the caller frees. */
 char *section_title(const struct ini_section *section);
 
-/* Reports that the section has no such key, and which one may have been meant. */
-void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
-                const struct key *keys, size_t count);
+/* The key that an entry of the section sets, of the section's table; NULL after reporting that there is none, and which
+ * one may have been meant. */
+const struct key *key_of_entry(const struct ini_section *section, const struct ini_entry *entry,
+                               const struct key *keys, size_t count);
 
 /* A hint for a message about a value that seems to include what was meant as a comment; else "". */
 const char *comment_hint(const char *value);
@@ -36,8 +37,5 @@ struct ini_place {
 /* Where the entry of a key stands in the section, or the section itself when the key is not set. */
 struct ini_place ini_place_of(const struct ini *ini, const struct ini_section *section,
                               const char *key);
-
-/* The key of this name in a table, or NULL. */
-const struct key *find_key(const struct key *keys, size_t count, const char *name);
 
 #endif
