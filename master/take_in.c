@@ -127,14 +127,13 @@ static void take_ready(struct server *server, uint32_t renderer, const char *mes
 
 static void take_stats(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
-    struct renderer_stats stats;
+    struct renderer_stats stats = {0};
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)rank_of(server, renderer);
     pthread_mutex_lock(&server->lock);
     bool due = server->service->ending || server_is_through(server, renderer);
     pthread_mutex_unlock(&server->lock);
-    if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
-        server->contacts[renderer].is_gone)
+    if (!stats_message_valid(&stats, bytes, rank) || !due || server->contacts[renderer].is_gone)
         fatal("rank %d sent statistics that make no sense", rank);
     server->service->stats[renderer] = stats;
     server->contacts[renderer].is_gone = true;
