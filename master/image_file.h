@@ -21,8 +21,8 @@ bool image_extension_known(const char *path);
  * What a picture loses in a file of path's format. rmse, most: the root mean square and the largest rounding
  * error, of the components that are within the range of the format (.png: 0 to 1). Other components are clipped:
  * `clipped` is the number of pixels with such components, clipped_rmse the root of the mean, over all components
- * of the picture, of the squares of what is cut off. Components that are not finite count as clipped, but are
- * not part of any mean.
+ * of the picture, of the squares of what is cut off. Components that are not finite count as clipped, but for .pfm,
+ * which holds them; they are not part of any mean.
  */
 struct quantisation {
     double rmse, most;
