@@ -71,7 +71,7 @@ static void resume(struct run *run)
         .repeated_s = used.repeated_s,
         .counts = used.counts,
     };
-    tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);
+    tell_resumed(run, found->pixels);
 }
 
 /* Pixels that count as one tile when space is reserved for what a cut-off pass 0 has left. Most lattices have fewer
@@ -150,8 +150,8 @@ bool keep_run_journal(struct run *run, const char *then)
         kept.lost_pixels < count.pixels_finished ? kept.lost_pixels : count.pixels_finished;
     char *saved = what_is_saved(run, count.pixels_finished - lost);
     if (kept.lost)
-        user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
-                   (unsigned long long)kept.lost, kept.lost_s);
+        user_error(NULL, 0, "%llu finished tile%s (%.1f s of rendering) could be saved nowhere",
+                   (unsigned long long)kept.lost, kept.lost > 1 ? "s" : "", kept.lost_s);
     char *place = printable_text(kept.path);
     /* Not user_note(), which would replace a newline between quotes and so change the command. */
     fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,

@@ -15,12 +15,6 @@
 
 enum { RENDERERS = 4, EDGE = 8 };
 
-static void set_text(char **setting, const char *text)
-{
-    free(*setting);
-    *setting = copy_text(text);
-}
-
 static const struct view adaptive_view = {.min_samples = 4, .max_samples = 64};
 
 /* A run with RENDERERS renderers and a master that only serves. Freed by run_close(). */

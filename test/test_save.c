@@ -1,6 +1,6 @@
 /* Tests of saving: what a run has finished is there for the next one, with each pixel and second counted once, and
  * nothing else is. */
-#include "test/scratch.h"
+#include "test/save_fixture.h"
 
 #include <errno.h>
 #include <math.h>
@@ -9,48 +9,6 @@
 #include <sys/stat.h>
 
 #include "common/clock.h"
-#include "master/save.h"
-
-#define PATH "a.journal"
-
-/* A picture of three tiles side by side. */
-enum { EDGE = 8, TILES = 3, WIDTH = TILES * EDGE, PIXELS = WIDTH * EDGE };
-
-static struct scene *scene;
-
-static const struct view view = {.width = WIDTH,
-                                 .height = EDGE,
-                                 .region_w = WIDTH,
-                                 .region_h = EDGE,
-                                 .min_samples = 4,
-                                 .max_samples = 4096};
-
-static int open_all(void **state)
-{
-    if (scratch_open(state) != 0) return 1;
-    scratch_write("scene.ini",
-                  "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
-    scene = scratch_scene(*state, "scene.ini", NULL);
-    return 0;
-}
-
-static int close_all(void **state)
-{
-    free(scene);
-    return scratch_close(state);
-}
-
-static struct tile tile_at(uint32_t x, uint32_t w, uint32_t pass)
-{
-    return (struct tile){.x = x, .w = w, .h = EDGE, .step = 1, .pass = pass};
-}
-
-/* A result that took 2 s of wall time and 1 s of CPU time. */
-static struct result_header result_of(uint32_t pixels)
-{
-    return (struct result_header){
-        .pixels = pixels, .busy_s = 2, .cpu_s = 1, .counts = {.rays = {10 * pixels}}};
-}
 
 static struct save *open_at(struct scratch *s, const char *path, struct canvas *canvas,
                             struct adaptive *adaptive)
@@ -165,21 +123,9 @@ static void run_close(struct run *run)
     canvas_free(&run->canvas);
 }
 
-/* Renders what the pass asks for in w columns from x on, which takes 1 s, and saves it if `saved`. */
 static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
 {
-    static float part[REFINED_FLOATS * PIXELS];
-    struct tile tile = tile_at(x, w, adaptive_passes(run->adaptive) - 1);
-    uint32_t pixels = adaptive_pixels(run->adaptive, &tile);
-    for (uint32_t i = 0; i < 3 * pixels; i++) {
-        part[i] = (float)((x + i) % 5);
-        part[3 * pixels + i] = (float)(i % 7) / 7;
-    }
-    for (uint32_t i = 6 * pixels; i < REFINED_FLOATS * pixels; i++)
-        part[i] = 3;
-    struct result_header header = result_of(pixels);
-    if (saved) save_part(run->save, &tile, &header, part);
-    adaptive_put(run->adaptive, &tile, part, header.cpu_s);
+    render_part(saved ? run->save : NULL, run->adaptive, x, w);
 }
 
 /* Passes are planned again as they were, also if the time for one was limited. Tiles that overlap count with their
@@ -529,5 +475,5 @@ int main(void)
         cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
         cmocka_unit_test(test_disk_is_full),       cmocka_unit_test(test_saved_in_memory),
     };
-    return cmocka_run_group_tests(tests, open_all, close_all);
+    return cmocka_run_group_tests(tests, scene_open, scene_close);
 }

@@ -1,9 +1,20 @@
-/* Assertions that a printed or written text contains a part. To be included after cmocka.h. */
+/* Texts that are settings, and assertions that one that was printed or written contains a part. To be included after
+ * cmocka.h. */
 #ifndef FARM_TEST_TEXT_H
 #define FARM_TEST_TEXT_H
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "common/message.h"
+
+/* Replaces a setting. */
+static inline void set_text(char **setting, const char *text)
+{
+    free(*setting);
+    *setting = copy_text(text);
+}
 
 static inline void assert_has(const char *text, const char *part)
 {
