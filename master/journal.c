@@ -548,7 +548,7 @@ void journal_close(struct journal *journal)
 
 void journal_remove(struct journal *journal)
 {
-    if (unlink(journal->path) != 0)
+    if (journal_exists(journal) && unlink(journal->path) != 0)
         user_warning(journal->path, 0,
                      "the journal is of no use any more but cannot be removed: %s",
                      strerror(errno));

@@ -137,7 +137,8 @@ const char *journal_original(const struct journal *journal);
 /* Syncs, unlocks and closes the journal, which stays for the next run. Frees it. */
 void journal_close(struct journal *journal);
 
-/* Removes the journal's file, for when the picture is safely written. Frees it. */
+/* Removes the journal's file, for when the picture is safely written, but no other one that has taken its path. Frees
+ * it. */
 void journal_remove(struct journal *journal);
 
 #endif

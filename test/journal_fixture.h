@@ -2,6 +2,7 @@
 #ifndef FARM_TEST_JOURNAL_FIXTURE_H
 #define FARM_TEST_JOURNAL_FIXTURE_H
 
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -92,6 +93,32 @@ static inline size_t read_file(const char *path, char *bytes, size_t size)
     size_t count = fread(bytes, 1, size, file);
     fclose(file);
     return count;
+}
+
+/* The lowest free descriptor, which rises with each file that is left open. */
+static inline int lowest_descriptor(void)
+{
+    int file = open(".", O_RDONLY);
+    close(file);
+    return file;
+}
+
+/* What it was before the first test. */
+static int first_descriptor;
+
+/* Group set-up. */
+static inline int journal_tests_open(void **state)
+{
+    int failed = scratch_open(state);
+    first_descriptor = lowest_descriptor();
+    return failed;
+}
+
+/* The last test of a group: no other one has left a file open. */
+static inline void test_no_file_stays_open(void **state)
+{
+    (void)state;
+    assert_int_equal(lowest_descriptor(), first_descriptor);
 }
 
 /* The journal at PATH holds so many records and is damaged behind them by so many bytes; after the

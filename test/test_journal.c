@@ -1,4 +1,5 @@
 /* The journal as a file: what was appended comes back, also after a kill or a full disk, and from another place. */
+#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <setjmp.h>
@@ -11,24 +12,100 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
+#include "common/clock.h"
 #include "test/journal_fixture.h"
 
 #define MOVED "b.journal"
 
-/* How often a file was brought to the disk. */
+/* ---- system calls that this file controls, by defining functions of the C library ---- */
+
+/* How often a file was brought to the disk; the error of that, 0: none. */
 static unsigned syncs;
+static int sync_error;
+static double sync_s; /* how long it takes in place of a real one; 0: a real one */
 
 int __real_fdatasync(int file);
 int __wrap_fdatasync(int file);
 int __wrap_fdatasync(int file)
 {
     syncs++;
+    errno = sync_error;
+    if (sync_s > 0) clock_sleep(sync_s);
+    if (sync_error || sync_s > 0) return sync_error ? -1 : 0;
     return __real_fdatasync(file);
+}
+
+/* The most bytes of a write: each is interrupted first, and done only in part. */
+static size_t write_most = SIZE_MAX;
+
+ssize_t pwrite(int file, const void *bytes, size_t count, off_t offset)
+{
+    static bool interrupted;
+    interrupted = write_most > 0 && write_most < SIZE_MAX && !interrupted;
+    errno = EINTR;
+    if (interrupted) return -1;
+    return syscall(SYS_pwrite64, file, bytes, count < write_most ? count : write_most, offset);
+}
+
+/* The error of reserving room; 0: none. */
+static int reserve_error;
+
+int fallocate(int file, int mode, off_t offset, off_t bytes)
+{
+    errno = reserve_error;
+    return reserve_error ? -1 : (int)syscall(SYS_fallocate, file, mode, offset, bytes);
+}
+
+/* The error of locking; 0: none. Called before the next lock, and then forgotten: before_lock. */
+static int lock_error;
+static void (*before_lock)(void);
+
+int fcntl(int file, int command, ...)
+{
+    va_list arguments;
+    va_start(arguments, command);
+    void *argument = va_arg(arguments, void *);
+    va_end(arguments);
+    void (*before)(void) = command == F_OFD_SETLK ? before_lock : NULL;
+    if (before) before_lock = NULL, before();
+    errno = lock_error;
+    return lock_error ? -1 : (int)syscall(SYS_fcntl, file, command, argument);
+}
+
+/* What is told of every file system. */
+static struct statvfs file_system;
+static bool has_file_system;
+
+int fstatvfs(int file, struct statvfs *told)
+{
+    (void)file;
+    *told = file_system;
+    return has_file_system ? 0 : -1;
+}
+
+/* The error of removing; 0: none. */
+static int remove_error;
+
+int unlink(const char *path)
+{
+    errno = remove_error;
+    return remove_error ? -1 : (int)syscall(SYS_unlink, path);
+}
+
+/* ---- tests ---- */
+
+static void remove_journal(struct scratch *s, struct journal *journal)
+{
+    message_capture(s->said, sizeof s->said);
+    journal_remove(journal);
+    message_capture(NULL, 0);
 }
 
 static void test_round_trip(void **state)
@@ -38,9 +115,35 @@ static void test_round_trip(void **state)
     write_journal(s, 7);
     assert_string_equal(s->said, "");
     check_resume(s, 7, 0, 12);
+    assert_true(journal_writable(PATH));
     struct journal *journal = open_as(s, PICTURE, &seen);
-    journal_remove(journal);
+    remove_journal(s, journal);
+    assert_string_equal(s->said, "");
+    assert_true(journal_writable(PATH));
     assert_int_equal(access(PATH, F_OK), -1);
+}
+
+/* A file that has taken its path is not removed, and it is no matter if there is none any more. */
+static void test_remove(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    for (int other = 0; other < 2; other++) {
+        write_journal(s, 1);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        unlink(PATH);
+        if (other) scratch_write(PATH, "of somebody else");
+        remove_journal(s, journal);
+        assert_string_equal(s->said, "");
+        assert_int_equal(access(PATH, F_OK), other ? 0 : -1);
+    }
+    write_journal(s, 1);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    remove_error = EROFS;
+    remove_journal(s, journal);
+    remove_error = 0;
+    assert_string_equal(s->said, PATH ": warning: the journal is of no use any more but cannot be "
+                                      "removed: Read-only file system\n");
 }
 
 static void test_empty_payload(void **state)
@@ -62,7 +165,9 @@ static void test_one_run_at_a_time(void **state)
     struct scratch *s = *state;
     struct seen seen;
     write_journal(s, 2);
+    int file = lowest_descriptor();
     struct journal *first = open_as(s, PICTURE, &seen);
+    assert_true(fcntl(file, F_GETFD) & FD_CLOEXEC); /* the lock ends with this process */
     assert_null(open_as(s, PICTURE, &seen));
     assert_string_equal(s->said, PATH ": another run is at work on this journal, wait for its end "
                                       "or choose another place with output.journal=FILE\n");
@@ -71,6 +176,65 @@ static void test_one_run_at_a_time(void **state)
     assert_true(append(first, 2));
     journal_close(first);
     check_resume(s, 3, 0, 3);
+}
+
+static void rename_away(void)
+{
+    assert_int_equal(rename(PATH, "away"), 0);
+}
+
+/* Where another run has renamed the file between opening and locking, it is left to that run. */
+static void test_renamed_before_lock(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 2);
+    before_lock = rename_away;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal && seen.records == 0 && journal_exists(journal));
+    assert_true(append(journal, 0));
+    journal_close(journal);
+    assert_int_equal(rename("away", PATH), 0);
+    check_resume(s, 2, 0, 2);
+}
+
+/* On a file system without locks there is none; every error that a lock of another run may give is one. */
+static void test_lock_errors(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 2);
+    lock_error = ENOLCK;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal && seen.records == 2);
+    journal_close(journal);
+    static const int others[] = {EAGAIN, EACCES};
+    for (size_t i = 0; i < 2; i++) {
+        lock_error = others[i];
+        assert_null(open_as(s, PICTURE, &seen));
+        assert_non_null(strstr(s->said, "another run is at work"));
+    }
+    lock_error = 0;
+}
+
+/* Writes that are interrupted, or done only in part, are continued; one that does nothing means that there is no
+ * room. */
+static void test_interrupted_writes(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_most = 7;
+    write_journal(s, 3);
+    write_most = SIZE_MAX;
+    check_resume(s, 3, 0, 3);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    write_most = 0;
+    message_capture(s->said, sizeof s->said);
+    assert_false(append(journal, 3));
+    message_capture(NULL, 0);
+    write_most = SIZE_MAX;
+    assert_non_null(strstr(s->said, "(No space left on device)"));
+    journal_close(journal);
 }
 
 /* A process that is killed while it writes. */
@@ -173,6 +337,58 @@ static void test_moved(void **state)
     check_resume(s, 3, 0, 4);
 }
 
+/* Also a journal that is copied in several pieces. */
+static void test_long_moved(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    enum { RECORDS = 1500 };
+    write_journal(s, RECORDS);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_move(journal, MOVED, 0));
+    journal_close(journal);
+    assert_int_equal(rename(MOVED, PATH), 0);
+    check_resume(s, RECORDS, 0, RECORDS);
+}
+
+/* There is no copy where there is no room for it, or if it cannot be brought to the disk; but there is one where it is
+ * not known whether there is room. */
+static void test_not_moved(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    static const int room_errors[] = {ENOSPC, EDQUOT, 0}, sync_errors[] = {0, 0, EIO};
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    for (size_t i = 0; i < 3; i++) {
+        reserve_error = room_errors[i];
+        sync_error = sync_errors[i];
+        assert_false(journal_move(journal, MOVED, 0));
+        assert_int_equal(access(MOVED, F_OK), -1);
+        assert_string_equal(journal_path(journal), PATH);
+    }
+    sync_error = 0;
+    reserve_error = EOPNOTSUPP;
+    assert_true(journal_move(journal, MOVED, 0));
+    reserve_error = 0;
+    journal_remove(journal);
+    check_resume(s, 2, 0, 2);
+}
+
+/* A limit on the size of files that is just enough. */
+static void test_moved_to_the_limit(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    struct rlimit old = limit_file_size(HEADER + 3 * RECORD);
+    bool moved = journal_move(journal, MOVED, RECORD);
+    setrlimit(RLIMIT_FSIZE, &old);
+    assert_true(moved);
+    journal_remove(journal);
+}
+
 /* Moves a journal of two records to MOVED and then to path. */
 static struct journal *move_twice(struct scratch *s, const char *path)
 {
@@ -195,10 +411,17 @@ static void test_original(void **state)
     struct seen seen;
     struct journal *journal = move_twice(s, "twice.journal");
     assert_null(open_as(s, PICTURE, &seen));
+    sync_error = EIO; /* the copy may be lost */
     journal_remove_original(journal);
+    sync_error = 0;
+    assert_string_equal(journal_original(journal), PATH);
+    syncs = 0;
+    journal_remove_original(journal);
+    assert_int_equal(syncs, 1);
     assert_null(journal_original(journal));
     assert_int_equal(access(PATH, F_OK), -1);
     journal_close(journal);
+    assert_int_equal(syncs, 1); /* nothing has come since */
     assert_int_equal(rename("twice.journal", PATH), 0);
     check_resume(s, 3, 0, 3);
 }
@@ -234,7 +457,29 @@ static void test_original_of_copy_in_memory(void **state)
     check_resume(s, 2, 0, 2);
 }
 
-/* Room that was set aside and not used is given back. */
+static blkcnt_t blocks_of(const char *path)
+{
+    struct stat status;
+    assert_int_equal(stat(path, &status), 0);
+    return status.st_blocks;
+}
+
+/* Whether a file that is empty so far has got room of 16 MB, which not every file system gives. */
+static bool reserve(int file)
+{
+    return fallocate(file, FALLOC_FL_KEEP_SIZE, 0, 16 << 20) == 0;
+}
+
+static bool can_reserve(void)
+{
+    int file = open("reserved", O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    bool can = reserve(file);
+    close(file);
+    unlink("reserved");
+    return can;
+}
+
+/* Room is set aside for what comes, and stays while it comes; what is not used is given back. */
 static void test_reserved(void **state)
 {
     struct scratch *s = *state;
@@ -243,18 +488,14 @@ static void test_reserved(void **state)
     write_journal(s, 2);
     struct journal *journal = open_as(s, PICTURE, &seen);
     journal_reserve(journal, 16 << 20);
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_int_equal(status.st_size, HEADER + 2 * RECORD);
     assert_true(append(journal, 2));
+    assert_true(!can_reserve() || blocks_of(PATH) * 512 >= 16 << 20);
     journal_close(journal);
     assert_int_equal(stat(PATH, &status), 0);
     assert_true(status.st_blocks * 512 < 1 << 20);
     check_resume(s, 3, 0, 4);
-}
-
-static blkcnt_t blocks_of(const char *path)
-{
-    struct stat status;
-    assert_int_equal(stat(path, &status), 0);
-    return status.st_blocks;
 }
 
 /* Room that a killed run had reserved is given back when its journal is opened, or set aside. */
@@ -265,7 +506,7 @@ static void test_reserved_by_killed(void **state)
         struct seen seen;
         write_journal(s, 2);
         int file = open(PATH, O_WRONLY);
-        bool reserves = fallocate(file, FALLOC_FL_KEEP_SIZE, 0, 16 << 20) == 0;
+        bool reserves = reserve(file);
         close(file);
         if (!reserves) return; /* nor could a run on this file system */
         assert_true(blocks_of(PATH) * 512 >= 16 << 20);
@@ -277,26 +518,50 @@ static void test_reserved_by_killed(void **state)
     unlink(PATH ".1");
 }
 
+/* Of the free room, what an ordinary user may have. */
+static void test_room(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 0);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_room(journal) == UINT64_MAX);
+    file_system = (struct statvfs){.f_bsize = 5, .f_frsize = 7, .f_bfree = 13, .f_bavail = 11};
+    has_file_system = true;
+    assert_int_equal(journal_room(journal), 77);
+    has_file_system = false;
+    journal_remove(journal);
+}
+
+/* Nothing is opened at PATH, as was to be told before. */
+static void check_irregular(struct scratch *s)
+{
+    struct seen seen;
+    static const char line[] =
+        PATH ": is no regular file, choose another place for the journal with "
+             "output.journal=FILE\n";
+    message_capture(s->said, sizeof s->said);
+    assert_false(journal_writable(PATH));
+    message_capture(NULL, 0);
+    assert_string_equal(s->said, line);
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, line);
+}
+
 /* Where no journal can be opened, what is there is left as it is. */
 static void test_no_place(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
     struct journal_reader reader = {take, &seen, PAYLOAD};
-    static const char line[] =
-        PATH ": is no regular file, choose another place for the journal with "
-             "output.journal=FILE\n";
     unlink(PATH);
     assert_int_equal(mkdir(PATH, 0700), 0);
-    assert_null(open_as(s, PICTURE, &seen));
-    assert_string_equal(s->said, line);
+    check_irregular(s);
     assert_int_equal(rmdir(PATH) + mkfifo(PATH, 0600), 0);
-    assert_null(open_as(s, PICTURE, &seen));
-    assert_string_equal(s->said, line);
+    check_irregular(s);
     scratch_write("precious", "text");
     assert_int_equal(unlink(PATH) + symlink("precious", PATH), 0);
-    assert_null(open_as(s, PICTURE, &seen));
-    assert_string_equal(s->said, line);
+    check_irregular(s);
     unlink(PATH);
     message_capture(s->said, sizeof s->said);
     assert_null(journal_open("none/a.journal", PICTURE, &reader));
@@ -328,6 +593,35 @@ static void test_sync_pause(void **state)
     journal_remove(journal);
 }
 
+/* After a sync the next one waits for its pause, which is longer after a slow one. */
+static void test_sync_again(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    double now = clock_wall() + 10;
+    syncs = 0;
+    sync_s = 0.04;
+    append(journal, 0);
+    journal_tick(journal, now);
+    assert_int_equal(syncs, 1);
+    append(journal, 1);
+    journal_tick(journal, now + sync_s / JOURNAL_SYNC_SHARE); /* 8 s */
+    assert_int_equal(syncs, 1);
+    sync_s = 0;
+    journal_tick(journal, now + 1e6);
+    assert_int_equal(syncs, 2);
+    append(journal, 2);
+    sync_error = EIO;
+    message_capture(s->said, sizeof s->said);
+    journal_tick(journal, HUGE_VAL);
+    message_capture(NULL, 0);
+    sync_error = 0;
+    assert_non_null(strstr(s->said, "cannot be written (Input/output error)"));
+    journal_remove(journal);
+}
+
 /* What is left to a later run, or is moved, is on the disk. */
 static void test_synced_at_the_end(void **state)
 {
@@ -343,6 +637,7 @@ static void test_synced_at_the_end(void **state)
             assert_true(append(journal, 2));
         journal_close(journal);
         assert_int_equal(syncs, 1);
+        check_resume(s, moved ? 2 : 3, 0, 3); /* it is not locked any more */
     }
     assert_int_equal(unlink(MOVED), 0);
 }
@@ -383,20 +678,30 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_remove),
         cmocka_unit_test(test_empty_payload),
         cmocka_unit_test(test_one_run_at_a_time),
+        cmocka_unit_test(test_renamed_before_lock),
+        cmocka_unit_test(test_lock_errors),
+        cmocka_unit_test(test_interrupted_writes),
         cmocka_unit_test(test_killed),
         cmocka_unit_test(test_full_disk),
         cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_long_moved),
+        cmocka_unit_test(test_not_moved),
+        cmocka_unit_test(test_moved_to_the_limit),
         cmocka_unit_test(test_reserved),
         cmocka_unit_test(test_reserved_by_killed),
+        cmocka_unit_test(test_room),
         cmocka_unit_test(test_no_place),
         cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_sync_again),
         cmocka_unit_test(test_synced_at_the_end),
         cmocka_unit_test(test_picture),
         cmocka_unit_test(test_original),
         cmocka_unit_test(test_original_stays),
         cmocka_unit_test(test_original_of_copy_in_memory),
+        cmocka_unit_test(test_no_file_stays_open),
     };
-    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+    return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
 }
