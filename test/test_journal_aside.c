@@ -1,15 +1,26 @@
 /* Journals of other pictures: set aside under another name, and taken back for their own picture. */
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
 #include "test/journal_fixture.h"
+
+/* The error of renaming without replacing; 0: none. */
+static int rename_error;
+
+int renameat2(int from_folder, const char *from, int to_folder, const char *to, unsigned flags)
+{
+    errno = rename_error;
+    return rename_error ? -1 : (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, flags);
+}
 
 /* A file that may be no journal is not overwritten, but set aside for its owner. */
 static void test_nothing_whole(void **state)
@@ -142,12 +153,51 @@ static void test_other_picture_without_tiles(void **state)
     journal_remove(journal);
 }
 
+/* On file systems that cannot rename without replacing, nothing is replaced either, not even a link to nowhere. */
+static void test_plain_rename(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    static const int errors[] = {EINVAL, ENOSYS};
+    for (size_t i = 0; i < 2; i++) {
+        write_journal(s, 1);
+        assert_int_equal(symlink("nowhere", PATH ".1"), 0);
+        rename_error = errors[i];
+        struct journal *journal = open_as(s, PICTURE + 1, &seen);
+        rename_error = 0;
+        assert_true(journal && strstr(s->said, "it is now called " PATH ".2\n"));
+        journal_remove(journal);
+        assert_int_equal(unlink(PATH ".1") + rename(PATH ".2", PATH), 0);
+        check_resume(s, 1, 0, 1);
+    }
+}
+
+/* Where it cannot be renamed, it stays. */
+static void test_no_rename(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 1);
+    rename_error = EACCES;
+    assert_null(open_as(s, PICTURE + 1, &seen));
+    rename_error = 0;
+    assert_string_equal(s->said, PATH ": the journal cannot be renamed: Permission denied, choose "
+                                      "another place with output.journal=FILE\n");
+    check_resume(s, 1, 0, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nothing_whole),  cmocka_unit_test(test_other_pictures),
-        cmocka_unit_test(test_back_again),     cmocka_unit_test(test_longest_back_again),
-        cmocka_unit_test(test_not_back_again), cmocka_unit_test(test_other_picture_without_tiles),
+        cmocka_unit_test(test_nothing_whole),
+        cmocka_unit_test(test_other_pictures),
+        cmocka_unit_test(test_back_again),
+        cmocka_unit_test(test_longest_back_again),
+        cmocka_unit_test(test_not_back_again),
+        cmocka_unit_test(test_other_picture_without_tiles),
+        cmocka_unit_test(test_plain_rename),
+        cmocka_unit_test(test_no_rename),
+        cmocka_unit_test(test_no_file_stays_open),
     };
-    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+    return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
 }

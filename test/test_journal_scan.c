@@ -109,8 +109,16 @@ static void test_stretches(void **state)
 #define BLOCK 4096
 static off_t unreadable = -BLOCK;
 
+/* The most bytes of a read: each is interrupted first, and done only in part. */
+static size_t read_most = SIZE_MAX;
+
 ssize_t pread(int file, void *bytes, size_t count, off_t offset)
 {
+    static bool interrupted;
+    interrupted = read_most < SIZE_MAX && !interrupted;
+    errno = EINTR;
+    if (interrupted) return -1;
+    if (count > read_most) count = read_most;
     off_t end = offset + (off_t)count;
     if (offset < unreadable + BLOCK && end > unreadable) {
         if (offset >= unreadable) {
@@ -138,6 +146,16 @@ static void test_unreadable_block(void **state)
     journal_close(journal);
 }
 
+/* Reads that are interrupted, or done only in part, are continued. */
+static void test_interrupted_reads(void **state)
+{
+    struct scratch *s = *state;
+    write_journal(s, 4);
+    read_most = 7;
+    check_resume(s, 4, 0, 5);
+    read_most = SIZE_MAX;
+}
+
 /* What stands behind a known gap may be damaged, too. */
 static void test_damage_at_gaps(void **state)
 {
@@ -152,12 +170,53 @@ static void test_damage_at_gaps(void **state)
         bytes[HEADER + order[i] * RECORD + RECORD - 1] ^= 1;
         struct journal *journal = open_damaged(s, bytes, size, &seen);
         assert_true(!seen.wrong && seen.records == RECORDS - 1 - i);
+        assert_false(journal_was_empty(journal));
         assert_non_null(strstr(s->said, "damaged"));
         journal_close(journal);
     }
     struct stat status;
     assert_int_equal(stat(PATH, &status), 0);
     assert_int_equal(status.st_size, HEADER);
+}
+
+/* A damaged record without a payload is a gap that is just large enough to be known. */
+static void test_smallest_gap(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    const struct journal_record empty = {.tile = {.w = 1, .h = 1, .step = 1}, .payload = ""};
+    write_journal(s, 1);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_append(journal, &empty) && append(journal, 1));
+    journal_close(journal);
+    FILE *file = fopen(PATH, "r+b");
+    assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
+    fclose(file);
+    check_resume(s, 2, 64, 3);
+}
+
+/* Bytes that are too few to be marked as a gap are told of each time, and do not hide what stands behind them. */
+static void test_bytes_between_records(void **state)
+{
+    struct scratch *s = *state;
+    enum { MORE = 63, AT = HEADER + RECORD + MORE, SIZE = AT + RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    struct record_header header;
+    write_journal(s, 2);
+    assert_int_equal(read_file(PATH, bytes, SIZE), HEADER + 2 * RECORD);
+    memmove(bytes + AT, bytes + HEADER + RECORD, RECORD);
+    memset(bytes + HEADER + RECORD, 'x', MORE);
+    memcpy(&header, bytes + AT, sizeof header);
+    header.checksum = record_checksum(PICTURE, AT, &header, bytes + AT + sizeof header);
+    memcpy(bytes + AT, &header, sizeof header);
+    journal_close(open_damaged(s, bytes, SIZE, &seen));
+    for (int i = 0; i < 2; i++) {
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        assert_true(!seen.wrong && seen.records == 2);
+        assert_int_equal(journal_found(journal).damaged_bytes, MORE);
+        journal_close(journal);
+    }
 }
 
 /* Nor does a gap whose own header is damaged hide the records behind it. */
@@ -251,6 +310,15 @@ static void test_many_beginnings(void **state)
     assert_true(clock_thread_cpu() - start < 10);
 }
 
+static struct journal *open_by(struct scratch *s, const struct journal_reader *reader)
+{
+    message_capture(s->said, sizeof s->said);
+    struct journal *journal = journal_open(PATH, PICTURE, reader);
+    message_capture(NULL, 0);
+    assert_non_null(journal);
+    return journal;
+}
+
 /* A record that the reader refuses, or that is larger than it allows, ends the journal. */
 static void test_unusable_records(void **state)
 {
@@ -258,17 +326,39 @@ static void test_unusable_records(void **state)
     struct seen seen = {.accepted = 2};
     struct journal_reader reader = {take, &seen, PAYLOAD};
     write_journal(s, 4);
-    message_capture(s->said, sizeof s->said);
-    struct journal *journal = journal_open(PATH, PICTURE, &reader);
-    message_capture(NULL, 0);
+    struct journal *journal = open_by(s, &reader);
     assert_true(journal_found(journal).records == 2);
+    assert_int_equal(journal_found(journal).refused_bytes, 2 * RECORD);
+    assert_string_equal(s->said, PATH ": warning: 208 bytes of the journal cannot be used, what "
+                                      "they hold is rendered again\n");
     journal_close(journal);
     check_resume(s, 2, 0, 4);
     reader.largest = PAYLOAD - 1;
-    message_capture(s->said, sizeof s->said);
-    journal = journal_open(PATH, PICTURE, &reader);
-    message_capture(NULL, 0);
+    journal = open_by(s, &reader);
     assert_true(journal_found(journal).records == 0);
+    journal_remove(journal);
+}
+
+/* Records that are of no use may be all that there is, or depend on one that is damaged. */
+static void test_refused_alone(void **state)
+{
+    struct scratch *s = *state;
+    enum { SIZE = HEADER + 3 * RECORD };
+    char bytes[SIZE];
+    struct seen seen = {.accepted = 0};
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    write_journal(s, 3);
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    struct journal *journal = open_by(s, &reader);
+    assert_true(journal_found(journal).records == 0 && !journal_was_empty(journal));
+    journal_close(journal);
+    bytes[HEADER] ^= 1;
+    scratch_write_bytes(PATH, bytes, SIZE);
+    journal = open_by(s, &reader);
+    assert_string_equal(s->said,
+                        PATH ": warning: 104 bytes of the journal are damaged, what they held is "
+                             "rendered again\n" PATH ": warning: 208 bytes of the journal cannot "
+                             "be used without those, what they hold is rendered again\n");
     journal_remove(journal);
 }
 
@@ -297,7 +387,10 @@ int main(void)
         cmocka_unit_test(test_stretches),          cmocka_unit_test(test_unreadable_block),
         cmocka_unit_test(test_damage_at_gaps),     cmocka_unit_test(test_damage_in_gaps),
         cmocka_unit_test(test_displaced_records),  cmocka_unit_test(test_many_beginnings),
-        cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_impossible_seconds),
+        cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_refused_alone),
+        cmocka_unit_test(test_smallest_gap),       cmocka_unit_test(test_bytes_between_records),
+        cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_impossible_seconds),
+        cmocka_unit_test(test_no_file_stays_open),
     };
-    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+    return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
 }
