@@ -162,12 +162,6 @@ static bool write_header(struct journal *journal)
     return true;
 }
 
-static bool begin_file(struct journal *journal)
-{
-    journal->torn = true;
-    return cut(journal) ? write_header(journal) : journal_refuse(journal->path, "written", errno);
-}
-
 /* Reports the first failure only: later ones have the same cause. */
 static void tell_failure(struct journal *journal, int error)
 {
@@ -258,7 +252,7 @@ static void read_records(struct journal *journal, uint64_t size,
         uint64_t next = at + journal_record_bytes(record.bytes);
         found->damaged_bytes += skipped;
         if (reader->take(reader->state, &record)) {
-            if (at > journal->end) close_gap(journal, at);
+            close_gap(journal, at);
             journal->end = next;
             found->records++;
         } else {
@@ -336,9 +330,9 @@ static enum content recognise(const struct journal *journal, size_t largest, uin
     size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
     if (!read_at(journal->file, &found, bytes, 0)) return CONTENT_UNREAD;
     *whole = memcmp(&found, &ours, bytes) == 0;
-    /* Nothing but a header: from a run that was killed before it wrote anything. */
-    bool is_bare = *size == sizeof found;
-    if (*whole) return bytes < sizeof found || is_bare ? CONTENT_NONE : CONTENT_OURS;
+    /* Nothing but a header, or its beginning: from a run that was killed before it wrote anything. */
+    bool is_bare = *size <= sizeof found;
+    if (*whole) return is_bare ? CONTENT_NONE : CONTENT_OURS;
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
         if (is_bare) return CONTENT_NONE;
@@ -396,7 +390,7 @@ static bool take_over(struct journal *journal, const struct journal_reader *read
         *again = journal_take_back(journal->path, &header, sizeof header);
         if (*again) return false;
         give_back_room(journal);
-        return begin_file(journal);
+        return write_header(journal);
     case CONTENT_OTHER:
         *again = journal_set_aside(journal->path, why);
         return false;

@@ -44,12 +44,9 @@ bool journal_set_aside(const char *path, const char *why)
 /* Opens and locks the file at this path; -1: it is of no use, or another run has it open. */
 static int open_alone(const char *path)
 {
-    struct stat status;
     int file = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) return -1;
-    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) && journal_lock(file) &&
-        journal_is_at(path, file))
-        return file;
+    if (journal_lock(file) && journal_is_at(path, file)) return file;
     close(file);
     return -1;
 }
@@ -63,7 +60,8 @@ static bool is_numbered(const char *name, const char *of)
     return *number && strspn(number, "0123456789") == strlen(number);
 }
 
-/* The length of the file if it begins with the header and has more after it; otherwise 0. */
+/* The length of the file if it begins with the header and has more after it; otherwise 0, as for any that is no regular
+ * file. */
 static off_t length_behind(int file, const void *header, size_t bytes)
 {
     unsigned char begin[64];
