@@ -798,9 +798,34 @@ static void test_too_many(void **state)
                  "farm: rank 0: the scene has too many primitives for a tree\n");
 }
 
+/* Boxes are added and measured along each axis, and halved also where they are as far away as numbers go. */
+static void test_bounds(void **state)
+{
+    (void)state;
+    const struct bounds a = {{-1, 2, 3}, {0, 4, 6}}, b = {{0, -2, 5}, {3, 1, 5.5}};
+    const struct bounds both = {{-1, -2, 3}, {3, 4, 6}};
+    struct bounds all = BOUNDS_NONE;
+    assert_same(bounds_size(&all), 0);
+    bounds_add(&all, &a);
+    assert_memory_equal(&all, &a, sizeof a);
+    bounds_add(&all, &b);
+    assert_memory_equal(&all, &both, sizeof all);
+    assert_same(bounds_half_area(&all), 4 * 6 + 6 * 3 + 3 * 4);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        struct bounds longest = all;
+        longest.max[axis] = 100;
+        assert_same(bounds_size(&longest), 100 - all.min[axis]);
+        assert_same(bounds_middle(&all, axis), (all.min[axis] + all.max[axis]) / 2);
+        longest.min[axis] = 0x1p1023;
+        longest.max[axis] = 0x1.8p1023;
+        assert_same(bounds_middle(&longest, axis), 0x1.4p1023);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_empty_and_planes_only),
         cmocka_unit_test(test_one_primitive),
         cmocka_unit_test(test_all_kinds),

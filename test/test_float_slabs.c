@@ -1,4 +1,5 @@
-/* Tests the intersection of rays and boxes in float: it finds all boxes that double finds, at all sizes. */
+/* Tests the intersection of rays and boxes in float, which finds all boxes that double finds, at all sizes, and the way
+ * of bundles of rays through trees of such boxes. */
 #include "scene_fixture.h"
 
 #include "worker/float_slabs.h"
@@ -157,40 +158,63 @@ static void random_rays(uint64_t *random, struct vec3 origin, struct vec3 way, s
     }
 }
 
-/* Checks that the bundle and its packets meet all boxes that single rays meet in double. Returns how many these are. */
-static unsigned check_bundle(const struct bundle *bundle, const struct bvh_node *node,
-                             const struct ray *rays)
+struct tally {
+    uint64_t taken, met; /* bundles; pairs of a ray and a box that it meets */
+    uint64_t more;       /* pairs of a ray and a box that its packet counts as met */
+    uint64_t boxes,
+        vain; /* that some ray meets; that the bundle counts as met, and no packet does */
+};
+
+/* A limit beyond all boxes, or where one of the rays enters one of the boxes. */
+static double limit_of_ray(uint64_t *random, const struct bundle *bundle,
+                           const struct bvh_node *node, const struct ray *rays)
+{
+    struct slabs slabs = slabs_of(bundle->bvh, &rays[random_below(random, RAYS)]);
+    struct lanes enter;
+    slabs_meet(&slabs, node, INFINITE, &enter);
+    return random_limit(random, enter);
+}
+
+/* Checks that the bundle and its packets meet all boxes that single rays meet in double. */
+static void check_bundle(uint64_t *random, const struct bundle *bundle, const struct bvh_node *node,
+                         const struct ray *rays, struct tally *tally)
 {
     struct floats enter;
-    lane_set all = ranges_meet(bundle, node, float_slab_limit(INFINITE), &enter);
+    double limit = limit_of_ray(random, bundle, node, rays);
+    lane_set all = ranges_meet(bundle, node, float_slab_limit(limit), &enter), some = 0, any = 0;
     lane_set in[BVH_WIDTH];
-    unsigned met = 0;
     assert_int_equal(all & 0x80, 0);
     for (unsigned p = 0; p < bundle->count; p++) {
         packet_prepare(bundle->packets[p], bundle);
         packet_enters(bundle->packets[p], bundle);
         for (unsigned slot = 0; slot < 7; slot++) {
             struct packet_box box = packet_box(bundle, node, slot);
-            in[slot] = rays_meet(bundle->packets[p], &box, ray_limits(lanes_of(INFINITE)));
+            in[slot] = rays_meet(bundle->packets[p], &box, ray_limits(lanes_of(limit)));
+            some |= (lane_set)(in[slot] != 0) << slot;
         }
         for (unsigned i = 0; i < LANES; i++) {
             struct slabs slabs = slabs_of(bundle->bvh, &rays[p * LANES + i]);
             struct lanes ignored;
-            lane_set wanted = slabs_meet(&slabs, node, INFINITE, &ignored);
-            assert_int_equal(wanted & ~all, 0);
-            for (unsigned slot = 0; slot < 7; slot++)
+            lane_set wanted = slabs_meet(&slabs, node, limit, &ignored);
+            any |= wanted;
+            for (unsigned slot = 0; slot < 7; slot++) {
                 assert_true(!(wanted >> slot & 1) || in[slot] >> i & 1);
-            met += (unsigned)__builtin_popcount(wanted);
+                tally->more += in[slot] >> i & 1 & ~(wanted >> slot);
+            }
+            tally->met += (unsigned)__builtin_popcount(wanted);
         }
     }
-    return met;
+    assert_int_equal(any & ~all, 0);
+    tally->boxes += (unsigned)__builtin_popcount(any);
+    tally->vain += (unsigned)__builtin_popcount(all & ~some);
+    tally->taken++;
 }
 
 static void test_packets_lose_no_box(void **state)
 {
     (void)state;
     uint64_t random = 3;
-    unsigned taken = 0, met = 0;
+    struct tally tally = {0};
     for (int i = 0; i < TRIES / 20; i++) {
         struct sizes sizes = random_sizes(&random);
         struct bvh bvh = random_tree(&random, sizes.scene);
@@ -207,10 +231,151 @@ static void test_packets_lose_no_box(void **state)
             bundle.packets[p] = &packets[p];
         random_rays(&random, vec_add(center, place), way, rays);
         if (!bundle_of(rays, &bundle) || !bundle_enters(&bundle, &bvh)) continue;
-        taken++;
-        met += check_bundle(&bundle, &node, rays);
+        check_bundle(&random, &bundle, &node, rays, &tally);
     }
-    assert_true(taken > TRIES / 80 && met > taken * RAYS / 4);
+    assert_true(tally.taken > TRIES / 80 && tally.met > tally.taken * RAYS / 4);
+    /* A packet counts 0.35 as many pairs more as there are, most of them of rays that hardly move along an axis. The
+     * bundle counts 0.59 as many boxes in vain as are met, as its rays are up to half of their way apart. */
+    assert_true((double)tally.more < 0.4 * (double)tally.met);
+    assert_true((double)tally.vain < 0.65 * (double)tally.boxes);
+}
+
+/* ---- bundles in a tree ---- */
+
+/* Rays from (0, 0, 10) towards a square of this size around a point. */
+static void aim(struct bundle *bundle, struct packet packets[BUNDLE], struct ray rays[RAYS],
+                struct vec3 target, double size)
+{
+    uint64_t random = 5;
+    *bundle = (struct bundle){.count = BUNDLE};
+    for (unsigned p = 0; p < BUNDLE; p++)
+        bundle->packets[p] = &packets[p];
+    for (unsigned i = 0; i < RAYS; i++)
+        rays[i] = ray_to(vec3(0, 0, 10), vec_add(target, random_vector(&random, size)));
+    assert_true(bundle_of(rays, bundle));
+}
+
+/* The leaves that a bundle has visited, from top to bottom. */
+struct visits {
+    unsigned count, most; /* after so many, nothing farther than the last one matters */
+    float last;           /* the highest point of the last one */
+    bool disorder;
+};
+
+static void note_visit(void *context, const struct bvh_node *node, unsigned slot, double *limit)
+{
+    struct visits *visits = context;
+    float highest = node->max[2][slot];
+    visits->disorder |= highest > visits->last;
+    visits->last = highest;
+    if (++visits->count == visits->most) *limit = 10 - (double)highest;
+}
+
+/* A column of spheres whose boxes do not overlap, below the rays' origin. */
+static struct scene *column(unsigned spheres)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < spheres; i++)
+        add_sphere(builder, vec3(0, 0, -(double)i), 0.25, 0);
+    return finish_scene(builder);
+}
+
+static unsigned count_leaves(const struct bvh *bvh)
+{
+    unsigned leaves = 0;
+    for (uint64_t i = 0; i < bvh->node_count; i++)
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+            leaves += bvh_nodes(bvh)[i].count[slot] > 0;
+    return leaves;
+}
+
+/* A bundle visits the leaves within its limit in the order in which it enters them, and a limit that becomes less ends
+ * that. */
+static void test_near_leaves_first(void **state)
+{
+    (void)state;
+    for (unsigned spheres = 1; spheres <= 300; spheres = 2 * spheres + 1) {
+        struct scene *scene = column(spheres);
+        struct bvh *bvh = build_tree(scene);
+        struct packet packets[BUNDLE];
+        struct ray rays[RAYS];
+        struct bundle bundle;
+        unsigned leaves = count_leaves(bvh);
+        aim(&bundle, packets, rays, vec3(0, 0, 9), 1e-6);
+        assert_true(bundle_enters(&bundle, bvh));
+        struct visits all = {.last = INFINITY};
+        bundle_traverse(&bundle, INFINITE, note_visit, &all);
+        assert_true(all.count == leaves && !all.disorder);
+        double limit = 10 + 0.5 * spheres;
+        struct visits near = {.last = INFINITY};
+        bundle_traverse(&bundle, limit, note_visit, &near);
+        assert_true(near.count > 0 && !near.disorder && 10 - (double)near.last <= limit + 1e-3);
+        assert_true(near.count < leaves || leaves < 3);
+        for (unsigned most = 1; most <= leaves; most++) {
+            struct visits some = {.last = INFINITY, .most = most};
+            bundle_traverse(&bundle, INFINITE, note_visit, &some);
+            assert_int_equal(some.count, most);
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
+/* A bundle whose rays meet no leaf gives up after some of them, the later the likelier a leaf is hit by few rays; one
+ * whose rays meet leaves never does. */
+static void test_giving_up(void **state)
+{
+    (void)state;
+    for (int one_origin = 0; one_origin < 2; one_origin++) {
+        struct bundle apart = {.one_origin = one_origin}, together = apart;
+        unsigned leaves = 1;
+        while (is_worth_it(&apart, 0))
+            leaves++;
+        assert_int_equal(leaves, one_origin ? PINHOLE_ON_TRIAL : LEAVES_ON_TRIAL);
+        for (unsigned i = 0; i < 1000; i++) /* as many rays as leaves */
+            assert_true(is_worth_it(&together, i % 2 ? 0 : 2));
+        for (unsigned i = 0; i < 2000; i++) /* as many leaves as before, and as many again */
+            assert_int_equal(is_worth_it(&together, 0), one_origin || i < 999);
+    }
+}
+
+/* Twelve clusters of small spheres, far from each other, which have trees of their own. */
+static struct scene *clusters(void)
+{
+    uint64_t random = 6;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < 12 * 100; i++) {
+        struct vec3 place = vec3(1e7 * cos(i % 12), 1e7 * sin(i % 12), -1e6 * (i % 12) - 1e7);
+        add_sphere(builder, vec_add(place, random_vector(&random, 1)), 0.01, 0);
+    }
+    return finish_scene(builder);
+}
+
+/* A bundle enters the trees that its rays meet, and hardly others. */
+static void test_trees_of_bundle(void **state)
+{
+    (void)state;
+    struct scene *scene = clusters();
+    struct bvh *bvh = build_tree(scene);
+    unsigned trees = (unsigned)__builtin_popcount(all_trees(bvh));
+    assert_true(trees > BVH_WIDTH);
+    for (unsigned i = 0; i < 12; i++) {
+        struct packet packets[BUNDLE];
+        struct ray rays[RAYS];
+        struct bundle bundle;
+        struct vec3 place = vec3(1e7 * cos(i), 1e7 * sin(i), -1e6 * i - 1e7);
+        aim(&bundle, packets, rays, place, 0.5);
+        lane_set wanted = 0, found = trees_of_bundle(&bundle, bvh, INFINITE);
+        for (unsigned k = 0; k < RAYS; k++)
+            wanted |= trees_of_ray(bvh, &rays[k], INFINITE);
+        assert_int_equal(wanted & ~found, 0);
+        assert_true(wanted && __builtin_popcount(found) <= 2);
+        assert_int_equal(trees_of_bundle(&bundle, bvh, 0.5) & ~UINT32_C(1), 0);
+    }
+    free(bvh);
+    free(scene);
 }
 
 static void test_rounds_outward(void **state)
@@ -279,7 +444,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_box_is_lost),     cmocka_unit_test(test_packets_lose_no_box),
         cmocka_unit_test(test_size_does_not_blur), cmocka_unit_test(test_rounds_outward),
-        cmocka_unit_test(test_left_to_double),
+        cmocka_unit_test(test_left_to_double),     cmocka_unit_test(test_near_leaves_first),
+        cmocka_unit_test(test_giving_up),          cmocka_unit_test(test_trees_of_bundle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
