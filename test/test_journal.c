@@ -90,6 +90,24 @@ int fstatvfs(int file, struct statvfs *told)
     return has_file_system ? 0 : -1;
 }
 
+/* The error of shortening a file; 0: none. */
+static int cut_error;
+
+int ftruncate(int file, off_t bytes)
+{
+    errno = cut_error;
+    return cut_error ? -1 : (int)syscall(SYS_ftruncate, file, bytes);
+}
+
+/* No file may be written to, also by root. */
+static bool read_only;
+
+int access(const char *path, int mode)
+{
+    errno = EACCES;
+    return read_only && (mode & W_OK) ? -1 : (int)syscall(SYS_access, path, mode);
+}
+
 /* The error of removing; 0: none. */
 static int remove_error;
 
@@ -305,6 +323,27 @@ static void test_full_disk(void **state)
     unlink(PATH);
 }
 
+/* Where what a failed write has left cannot be cut off, nothing is written behind it. */
+static void test_stuck_tail(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    message_capture(s->said, sizeof s->said);
+    struct rlimit old = limit_file_size(HEADER + 2 * RECORD + 50);
+    cut_error = EIO;
+    assert_false(append(journal, 2));
+    setrlimit(RLIMIT_FSIZE, &old);
+    assert_false(append(journal, 2));
+    cut_error = 0;
+    message_capture(NULL, 0);
+    assert_non_null(strstr(s->said, "(File too large)"));
+    assert_true(append(journal, 2));
+    journal_close(journal);
+    check_resume(s, 3, 0, 4);
+}
+
 /* A journal whose file is gone, or whose disk is full, goes on elsewhere with all its records, but never over another
  * file. */
 static void test_moved(void **state)
@@ -479,23 +518,26 @@ static bool can_reserve(void)
     return can;
 }
 
-/* Room is set aside for what comes, and stays while it comes; what is not used is given back. */
+/* Room is set aside for what comes, and stays while it comes, also where something was cut off before; what is not used
+ * is given back. */
 static void test_reserved(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
     struct stat status;
-    write_journal(s, 2);
-    struct journal *journal = open_as(s, PICTURE, &seen);
-    journal_reserve(journal, 16 << 20);
-    assert_int_equal(stat(PATH, &status), 0);
-    assert_int_equal(status.st_size, HEADER + 2 * RECORD);
-    assert_true(append(journal, 2));
-    assert_true(!can_reserve() || blocks_of(PATH) * 512 >= 16 << 20);
-    journal_close(journal);
-    assert_int_equal(stat(PATH, &status), 0);
-    assert_true(status.st_blocks * 512 < 1 << 20);
-    check_resume(s, 3, 0, 4);
+    for (int torn = 0; torn < 2; torn++) {
+        write_journal(s, 2 + (uint32_t)torn);
+        if (torn) assert_int_equal(truncate(PATH, HEADER + 3 * RECORD - 1), 0);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        journal_reserve(journal, 16 << 20);
+        assert_int_equal(stat(PATH, &status), 0);
+        assert_int_equal(status.st_size, HEADER + 2 * RECORD);
+        assert_true(append(journal, 2));
+        assert_true(!can_reserve() || blocks_of(PATH) * 512 >= 16 << 20);
+        journal_close(journal);
+        assert_true(blocks_of(PATH) * 512 < 1 << 20);
+        check_resume(s, 3, 0, 4);
+    }
 }
 
 /* Room that a killed run had reserved is given back when its journal is opened, or set aside. */
@@ -533,6 +575,15 @@ static void test_room(void **state)
     journal_remove(journal);
 }
 
+/* That PATH is of no use is told before rendering. */
+static void refuse(struct scratch *s, const char *line)
+{
+    message_capture(s->said, sizeof s->said);
+    assert_false(journal_writable(PATH));
+    message_capture(NULL, 0);
+    assert_string_equal(s->said, line);
+}
+
 /* Nothing is opened at PATH, as was to be told before. */
 static void check_irregular(struct scratch *s)
 {
@@ -540,10 +591,8 @@ static void check_irregular(struct scratch *s)
     static const char line[] =
         PATH ": is no regular file, choose another place for the journal with "
              "output.journal=FILE\n";
-    message_capture(s->said, sizeof s->said);
-    assert_false(journal_writable(PATH));
-    message_capture(NULL, 0);
-    assert_string_equal(s->said, line);
+    refuse(s, line);
+    errno = 0;
     assert_null(open_as(s, PICTURE, &seen));
     assert_string_equal(s->said, line);
 }
@@ -562,6 +611,12 @@ static void test_no_place(void **state)
     scratch_write("precious", "text");
     assert_int_equal(unlink(PATH) + symlink("precious", PATH), 0);
     check_irregular(s);
+    unlink(PATH);
+    write_journal(s, 0);
+    read_only = true;
+    refuse(s, PATH ": the journal cannot be opened: Permission denied, choose another place with "
+                   "output.journal=FILE\n");
+    read_only = false;
     unlink(PATH);
     message_capture(s->said, sizeof s->said);
     assert_null(journal_open("none/a.journal", PICTURE, &reader));
@@ -686,6 +741,7 @@ int main(void)
         cmocka_unit_test(test_interrupted_writes),
         cmocka_unit_test(test_killed),
         cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_stuck_tail),
         cmocka_unit_test(test_moved),
         cmocka_unit_test(test_long_moved),
         cmocka_unit_test(test_not_moved),
