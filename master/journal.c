@@ -294,7 +294,6 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
     uint64_t at = sizeof(struct file_header), skipped;
     uint64_t few = at + 4 * journal_record_bytes(largest);
     struct journal_record record;
-    if (size <= at) return false;
     struct journal_scan *scan =
         journal_scan_begin(journal->file, size < few ? size : few, journal->picture, largest);
     bool found = journal_scan_next(scan, &at, &skipped, &record);
@@ -362,7 +361,6 @@ static void tell_unused(const struct journal *journal)
 static bool resume(struct journal *journal, uint64_t size, bool whole,
                    const struct journal_reader *reader)
 {
-    give_back_room(journal);
     if (!whole) {
         user_warning(journal->path, 0,
                      "the first bytes of the journal are damaged, what stands behind them is used");
@@ -371,7 +369,8 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     journal->end = sizeof(struct file_header);
     read_records(journal, size, reader);
     tell_unused(journal);
-    journal->torn = journal->end < size;
+    /* Also where nothing follows the good bytes: room may have been reserved, see give_back_room(). */
+    journal->torn = true;
     return cut(journal) || journal_refuse(journal->path, "shortened", errno);
 }
 

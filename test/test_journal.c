@@ -344,6 +344,20 @@ static void test_stuck_tail(void **state)
     check_resume(s, 3, 0, 4);
 }
 
+/* The same when the journal is opened, which here gets its name back first. */
+static void test_stuck_when_opened(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 3);
+    assert_int_equal(truncate(PATH, HEADER + 3 * RECORD - 1) + rename(PATH, PATH ".1"), 0);
+    cut_error = EIO;
+    assert_null(open_as(s, PICTURE, &seen));
+    cut_error = 0;
+    assert_non_null(strstr(s->said, PATH ": the journal cannot be shortened: Input/output error"));
+    check_resume(s, 2, RECORD - 1, 3);
+}
+
 /* A journal whose file is gone, or whose disk is full, goes on elsewhere with all its records, but never over another
  * file. */
 static void test_moved(void **state)
@@ -742,6 +756,7 @@ int main(void)
         cmocka_unit_test(test_killed),
         cmocka_unit_test(test_full_disk),
         cmocka_unit_test(test_stuck_tail),
+        cmocka_unit_test(test_stuck_when_opened),
         cmocka_unit_test(test_moved),
         cmocka_unit_test(test_long_moved),
         cmocka_unit_test(test_not_moved),

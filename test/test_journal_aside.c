@@ -41,6 +41,28 @@ static void test_nothing_whole(void **state)
     assert_int_equal(unlink(PATH ".1"), 0);
 }
 
+/* The first four records tell whose journal it is, whatever stands before a good one of them; they are enough. */
+static void test_nothing_whole_at_first(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 5, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    bytes[3] ^= 1;
+    for (size_t i = 0; i < 4; i++) {
+        struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+        assert_int_equal(seen.records, RECORDS - i);
+        journal_remove(journal);
+        bytes[HEADER + i * RECORD] ^= 1;
+    }
+    struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+    assert_true(seen.records == 0 && strstr(s->said, "this is no journal"));
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1"), 0);
+}
+
 static void test_other_pictures(void **state)
 {
     struct scratch *s = *state;
@@ -190,6 +212,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nothing_whole),
+        cmocka_unit_test(test_nothing_whole_at_first),
         cmocka_unit_test(test_other_pictures),
         cmocka_unit_test(test_back_again),
         cmocka_unit_test(test_longest_back_again),

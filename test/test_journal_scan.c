@@ -109,14 +109,14 @@ static void test_stretches(void **state)
 #define BLOCK 4096
 static off_t unreadable = -BLOCK;
 
-/* The most bytes of a read: each is interrupted first, and done only in part. */
+/* The most bytes of a read: each is interrupted first, and done only in part; 0: the file has become shorter. */
 static size_t read_most = SIZE_MAX;
 
 ssize_t pread(int file, void *bytes, size_t count, off_t offset)
 {
     static bool interrupted;
-    interrupted = read_most < SIZE_MAX && !interrupted;
-    errno = EINTR;
+    interrupted = read_most > 0 && read_most < SIZE_MAX && !interrupted;
+    if (interrupted) errno = EINTR;
     if (interrupted) return -1;
     if (count > read_most) count = read_most;
     off_t end = offset + (off_t)count;
@@ -144,6 +144,29 @@ static void test_unreadable_block(void **state)
     assert_true(!seen.wrong && seen.records == RECORDS - (last - first + 1));
     assert_true(journal_found(journal).damaged_bytes == (last - first + 1) * RECORD);
     journal_close(journal);
+}
+
+static void check_unread(struct scratch *s)
+{
+    struct seen seen;
+    errno = 0;
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, PATH ": the journal cannot be read: Input/output error, choose "
+                                      "another place with output.journal=FILE\n");
+}
+
+/* A journal whose first bytes cannot be read stays as it is. */
+static void test_unread(void **state)
+{
+    struct scratch *s = *state;
+    write_journal(s, 2);
+    unreadable = 0;
+    check_unread(s);
+    unreadable = -BLOCK;
+    read_most = 0;
+    check_unread(s);
+    read_most = SIZE_MAX;
+    check_resume(s, 2, 0, 3);
 }
 
 /* Reads that are interrupted, or done only in part, are continued. */
@@ -389,8 +412,8 @@ int main(void)
         cmocka_unit_test(test_displaced_records),  cmocka_unit_test(test_many_beginnings),
         cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_refused_alone),
         cmocka_unit_test(test_smallest_gap),       cmocka_unit_test(test_bytes_between_records),
-        cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_impossible_seconds),
-        cmocka_unit_test(test_no_file_stays_open),
+        cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_unread),
+        cmocka_unit_test(test_impossible_seconds), cmocka_unit_test(test_no_file_stays_open),
     };
     return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
 }
