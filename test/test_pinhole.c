@@ -6,8 +6,8 @@
 #define SCENES 3000
 #define LOOKS  12
 
-/* Rays from one point towards vertices, edges and inner points of triangles; those of the second packet are closer
- * together than those of the first. */
+/* Rays from one point towards vertices, edges and inner points of triangles; some exactly to such a
+ * point. Those of the second packet are closer together than those of the first. */
 static void random_rays(uint64_t *random, const struct scene *scene, struct ray rays[2 * LANES])
 {
     const struct vec3 *at = scene_vertices(scene);
@@ -22,7 +22,7 @@ static void random_rays(uint64_t *random, const struct scene *scene, struct ray 
     eye = vec_add(a, eye);
     for (unsigned i = 0; i < 2 * LANES; i++) {
         struct vec3 target = vec_add_scaled(vec_add_scaled(a, e1, u), e2, v);
-        target = vec_add(target, random_vector(random, spread * size));
+        if (i % 4 > 0) target = vec_add(target, random_vector(random, spread * size));
         rays[i] = ray_to(eye, target);
         if (i == LANES) spread /= 8;
     }
@@ -152,9 +152,9 @@ static void test_tells_the_truth(void **state)
     assert_true(told.passed_by > told.tested / 4);
     assert_true(told.crossed > told.tested / 40);
     assert_true(told.open < told.tested / 8);
-    /* In double nearly everything is. */
+    /* In double nearly everything is, but for rays exactly to an edge. */
     assert_true(in_double.crossed > in_double.tested / 40);
-    assert_true(in_double.open < in_double.tested / 1000);
+    assert_true(in_double.open < in_double.tested / 100);
 }
 
 /* Nothing is decided for leaves that contain the eye, are behind it, too far away or too far aside. */
