@@ -54,11 +54,13 @@ ssize_t pwrite(int file, const void *bytes, size_t count, off_t offset)
     return syscall(SYS_pwrite64, file, bytes, count < write_most ? count : write_most, offset);
 }
 
-/* The error of reserving room; 0: none. */
+/* The error of reserving room, 0: none; where it was reserved last. */
 static int reserve_error;
+static off_t reserved_at;
 
 int fallocate(int file, int mode, off_t offset, off_t bytes)
 {
+    reserved_at = offset;
     errno = reserve_error;
     return reserve_error ? -1 : (int)syscall(SYS_fallocate, file, mode, offset, bytes);
 }
@@ -178,12 +180,20 @@ static void test_empty_payload(void **state)
     journal_remove(journal);
 }
 
+/* The lowest free descriptor, which the next file gets. */
+static int next_descriptor(void)
+{
+    int file = open(".", O_RDONLY);
+    close(file);
+    return file;
+}
+
 static void test_one_run_at_a_time(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
     write_journal(s, 2);
-    int file = lowest_descriptor();
+    int file = next_descriptor();
     struct journal *first = open_as(s, PICTURE, &seen);
     assert_true(fcntl(file, F_GETFD) & FD_CLOEXEC); /* the lock ends with this process */
     assert_null(open_as(s, PICTURE, &seen));
@@ -379,8 +389,11 @@ static void test_moved(void **state)
     assert_false(journal_move(journal, MOVED, 2 * RECORD)); /* no copy that does not take all */
     assert_int_equal(access(MOVED, F_OK), -1);
     setrlimit(RLIMIT_FSIZE, &old);
+    struct stat status;
     assert_true(journal_move(journal, MOVED, PAYLOAD));
     assert_string_equal(journal_path(journal), MOVED);
+    assert_int_equal(stat(MOVED, &status), 0);
+    assert_int_equal(status.st_size, HEADER + 2 * RECORD);
     assert_true(journal_exists(journal) && append(journal, 2));
     message_capture(s->said, sizeof s->said);
     assert_null(journal_open(MOVED, PICTURE, &reader)); /* it is locked */
@@ -544,6 +557,7 @@ static void test_reserved(void **state)
         if (torn) assert_int_equal(truncate(PATH, HEADER + 3 * RECORD - 1), 0);
         struct journal *journal = open_as(s, PICTURE, &seen);
         journal_reserve(journal, 16 << 20);
+        assert_int_equal(reserved_at, HEADER + 2 * RECORD);
         assert_int_equal(stat(PATH, &status), 0);
         assert_int_equal(status.st_size, HEADER + 2 * RECORD);
         assert_true(append(journal, 2));
