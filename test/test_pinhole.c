@@ -6,9 +6,11 @@
 #define SCENES 3000
 #define LOOKS  12
 
-/* Rays from one point towards vertices, edges and inner points of triangles; some exactly to such a
- * point. Those of the second packet are closer together than those of the first. */
-static void random_rays(uint64_t *random, const struct scene *scene, struct ray rays[2 * LANES])
+/* Rays from one point towards vertices, edges and inner points of triangles; some exactly to such a point. Those of the
+ * second packet are closer together than those of the first. grazing: they come from near the plane of a triangle, so
+ * that it is in doubt where they cross it. */
+static void random_rays(uint64_t *random, const struct scene *scene, bool grazing,
+                        struct ray rays[2 * LANES])
 {
     const struct vec3 *at = scene_vertices(scene);
     uint32_t count = (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count;
@@ -19,6 +21,9 @@ static void random_rays(uint64_t *random, const struct scene *scene, struct ray 
     double u = random_between(random, -0.25, 1), v = random_between(random, -0.25, 1);
     if (random_below(random, 2) > 0) u = 0;
     struct vec3 eye = random_vector(random, ldexp(size, random_exponent(random, 1, 25)));
+    if (grazing)
+        eye = vec_add_scaled(vec_scale(e1, random_between(random, 2, 9)), vec_cross(e1, e2),
+                             ldexp(1 / size, -(int)random_below(random, 50)));
     eye = vec_add(a, eye);
     for (unsigned i = 0; i < 2 * LANES; i++) {
         struct vec3 target = vec_add_scaled(vec_add_scaled(a, e1, u), e2, v);
@@ -131,22 +136,27 @@ static void check_bundle(const struct scene *scene, const struct bvh *bvh, const
                        told);
 }
 
-static void test_tells_the_truth(void **state)
+static void check_scenes(bool grazing, struct told *told, struct told *in_double)
 {
-    (void)state;
     uint64_t random = 1;
-    struct told told = {0}, in_double = {0};
     for (int i = 0; i < SCENES; i++) {
         struct scene *scene = random_triangles(&random, 40, 30);
         struct bvh *bvh = build_tree(scene);
         for (int k = 0; k < LOOKS; k++) {
             struct ray rays[2 * LANES];
-            random_rays(&random, scene, rays);
-            check_bundle(scene, bvh, rays, &told, &in_double);
+            random_rays(&random, scene, grazing, rays);
+            check_bundle(scene, bvh, rays, told, in_double);
         }
         free(bvh);
         free(scene);
     }
+}
+
+static void test_tells_the_truth(void **state)
+{
+    (void)state;
+    struct told told = {0}, in_double = {0};
+    check_scenes(false, &told, &in_double);
     /* Most is decided, much of it by the window. */
     assert_true(told.tested > UINT64_C(20) * SCENES);
     assert_true(told.passed_by > told.tested / 4);
@@ -155,6 +165,34 @@ static void test_tells_the_truth(void **state)
     /* In double nearly everything is, but for rays exactly to an edge. */
     assert_true(in_double.crossed > in_double.tested / 40);
     assert_true(in_double.open < in_double.tested / 100);
+}
+
+static void test_grazing(void **state)
+{
+    (void)state;
+    struct told told = {0}, in_double = {0};
+    check_scenes(true, &told, &in_double);
+    assert_true(in_double.crossed > UINT64_C(10) * SCENES);
+}
+
+/* Rays in the plane of a triangle, to which all errors are 0, do not certainly cross it. */
+static void test_edge_on(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    add_triangle(builder, vec3(0.25, -1, 0), vec3(0.25, 1, 0), vec3(0.25, 0, 1), grey);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct told told = {0}, in_double = {0};
+    struct ray rays[2 * LANES];
+    for (unsigned i = 0; i < 2 * LANES; i++)
+        rays[i] = ray_to(vec3(0.25, 0, 10), vec3(0.25, (i + 1) / 16., 0));
+    check_bundle(scene, bvh, rays, &told, &in_double);
+    assert_int_equal(in_double.tested, 2 * LANES);
+    assert_int_equal(in_double.open, 2 * LANES);
+    free(bvh);
+    free(scene);
 }
 
 /* Nothing is decided for leaves that contain the eye, are behind it, too far away or too far aside. */
@@ -200,6 +238,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tells_the_truth),
+        cmocka_unit_test(test_grazing),
+        cmocka_unit_test(test_edge_on),
         cmocka_unit_test(test_leaves_open),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
