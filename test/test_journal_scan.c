@@ -218,6 +218,56 @@ static void test_smallest_gap(void **state)
     check_resume(s, 2, 64, 3);
 }
 
+/* A gap whose length would lead back to its beginning, in a file that was made so. */
+static void test_endless_gap(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    struct record_header gap = {.magic = GAP_MAGIC, .bytes = UINT64_MAX - 63};
+    char bytes[HEADER + RECORD];
+    write_journal(s, 1);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), sizeof bytes);
+    gap.checksum = record_checksum(PICTURE, HEADER, &gap, NULL);
+    memcpy(bytes + HEADER, &gap, sizeof gap);
+    struct journal *journal = open_damaged(s, bytes, sizeof bytes, &seen);
+    assert_int_equal(journal_found(journal).damaged_bytes, RECORD);
+    journal_remove(journal);
+}
+
+/* The file is searched in windows of this many bytes, of which the first begins at the second byte of the first record
+ * that is damaged. */
+#define WINDOW_END (HEADER + 1 + 65536)
+
+/* Records anywhere across the end of the first window are found: of two short ones at the beginning and many others,
+ * all before that are damaged. */
+static void test_across_windows(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 640, SIZE = HEADER + RECORDS * RECORD };
+    static char bytes[SIZE];
+    for (size_t more = 0; more <= 2 * PAYLOAD; more += 3) {
+        struct seen seen;
+        unlink(PATH);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        for (uint32_t i = 0; i < RECORDS; i++) {
+            unsigned char payload[PAYLOAD];
+            struct journal_record record = make_record(i, payload);
+            if (i < 2) record.bytes = (more + i) / 2;
+            assert_true(journal_append(journal, &record));
+        }
+        journal_close(journal);
+        size_t size = read_file(PATH, bytes, SIZE), at = HEADER;
+        uint32_t damaged = 0;
+        for (; at <= WINDOW_END - 64; damaged++) {
+            bytes[at + 63] ^= 1;
+            at += damaged < 2 ? 64 + (more + damaged) / 2 : RECORD;
+        }
+        journal = open_damaged(s, bytes, size, &seen);
+        assert_true(!seen.wrong && seen.records == RECORDS - damaged);
+        journal_remove(journal);
+    }
+}
+
 /* Bytes that are too few to be marked as a gap are told of each time, and do not hide what stands behind them. */
 static void test_bytes_between_records(void **state)
 {
@@ -357,8 +407,10 @@ static void test_unusable_records(void **state)
     journal_close(journal);
     check_resume(s, 2, 0, 4);
     reader.largest = PAYLOAD - 1;
+    seen.accepted = UINT32_MAX;
     journal = open_by(s, &reader);
     assert_true(journal_found(journal).records == 0);
+    assert_int_equal(journal_found(journal).damaged_bytes, 4 * RECORD);
     journal_remove(journal);
 }
 
@@ -413,6 +465,7 @@ int main(void)
         cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_refused_alone),
         cmocka_unit_test(test_smallest_gap),       cmocka_unit_test(test_bytes_between_records),
         cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_unread),
+        cmocka_unit_test(test_endless_gap),        cmocka_unit_test(test_across_windows),
         cmocka_unit_test(test_impossible_seconds), cmocka_unit_test(test_no_file_stays_open),
     };
     return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
