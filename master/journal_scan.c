@@ -112,10 +112,8 @@ static uint64_t pass_gaps(const struct journal_scan *scan, uint64_t at)
 /* Fills the window from a place on, where there is room for a header; false: none can be read there. */
 static bool fill_window(struct journal_scan *scan, uint64_t at)
 {
-    uint64_t left = scan->size - at;
     scan->window_at = at;
-    scan->window_bytes =
-        read_some(scan->file, scan->window, left < WINDOW ? (size_t)left : WINDOW, at);
+    scan->window_bytes = read_some(scan->file, scan->window, WINDOW, at);
     return scan->window_bytes >= sizeof(struct record_header);
 }
 

@@ -130,20 +130,26 @@ ssize_t pread(int file, void *bytes, size_t count, off_t offset)
     return syscall(SYS_pread64, file, bytes, count, offset);
 }
 
-/* An unreadable block costs the records in it, and no others. */
-static void test_unreadable_block(void **state)
+static void check_unreadable(struct scratch *s, off_t at)
 {
-    struct scratch *s = *state;
-    enum { RECORDS = 400 };
-    const uint32_t first = (2 * BLOCK - HEADER) / RECORD, last = (3 * BLOCK - 1 - HEADER) / RECORD;
+    enum { RECORDS = 500 };
+    const uint32_t first = (uint32_t)(at - HEADER) / RECORD;
+    const uint32_t last = (uint32_t)(at + BLOCK - 1 - HEADER) / RECORD;
     struct seen seen;
     write_journal(s, RECORDS);
-    unreadable = 2 * BLOCK;
+    unreadable = at;
     struct journal *journal = open_as(s, PICTURE, &seen);
     unreadable = -BLOCK;
     assert_true(!seen.wrong && seen.records == RECORDS - (last - first + 1));
     assert_true(journal_found(journal).damaged_bytes == (last - first + 1) * RECORD);
     journal_close(journal);
+}
+
+/* An unreadable block costs the records in it, and no others. */
+static void test_unreadable_block(void **state)
+{
+    check_unreadable(*state, 2 * BLOCK);
+    check_unreadable(*state, 10 * BLOCK); /* a record begins at its end */
 }
 
 static void check_unread(struct scratch *s)
@@ -216,6 +222,24 @@ static void test_smallest_gap(void **state)
     assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
     fclose(file);
     check_resume(s, 2, 64, 3);
+}
+
+/* A record without a payload ends the file, behind a damaged one. */
+static void test_last_without_payload(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    const struct journal_record empty = {.tile = {.w = 1, .h = 1, .step = 1}, .payload = ""};
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_append(journal, &empty));
+    journal_close(journal);
+    FILE *file = fopen(PATH, "r+b");
+    assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
+    fclose(file);
+    journal = open_as(s, PICTURE, &seen);
+    assert_int_equal(journal_found(journal).records, 2);
+    journal_remove(journal);
 }
 
 /* A gap whose length would lead back to its beginning, in a file that was made so. */
@@ -465,8 +489,9 @@ int main(void)
         cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_refused_alone),
         cmocka_unit_test(test_smallest_gap),       cmocka_unit_test(test_bytes_between_records),
         cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_unread),
-        cmocka_unit_test(test_endless_gap),        cmocka_unit_test(test_across_windows),
-        cmocka_unit_test(test_impossible_seconds), cmocka_unit_test(test_no_file_stays_open),
+        cmocka_unit_test(test_endless_gap),        cmocka_unit_test(test_last_without_payload),
+        cmocka_unit_test(test_across_windows),     cmocka_unit_test(test_impossible_seconds),
+        cmocka_unit_test(test_no_file_stays_open),
     };
     return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
 }
