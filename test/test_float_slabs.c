@@ -240,6 +240,92 @@ static void test_packets_lose_no_box(void **state)
     assert_true((double)tally.vain < 0.65 * (double)tally.boxes);
 }
 
+/* RAYS rays from (0, 0, 10) downwards, a little apart. */
+static void down(struct ray rays[RAYS])
+{
+    for (unsigned i = 0; i < RAYS; i++)
+        rays[i] = ray_along(vec3(0, 0, 10), vec3(0.125 + i / 256., i / 256., -1));
+}
+
+static bool makes_bundle(const struct ray rays[RAYS], struct bundle *bundle,
+                         struct packet packets[BUNDLE])
+{
+    *bundle = (struct bundle){.count = BUNDLE};
+    for (unsigned p = 0; p < BUNDLE; p++)
+        bundle->packets[p] = &packets[p];
+    return bundle_of(rays, bundle);
+}
+
+/* Rays have a common origin only if all coordinates of all of them are the same. */
+static void test_one_origin(void **state)
+{
+    (void)state;
+    const unsigned others[] = {1, LANES, RAYS - 1};
+    struct bundle bundle;
+    struct packet packets[BUNDLE];
+    struct ray rays[RAYS];
+    down(rays);
+    assert_true(makes_bundle(rays, &bundle, packets) && bundle.one_origin);
+    for (unsigned axis = 0; axis < 3; axis++)
+        for (unsigned i = 0; i < 3; i++) {
+            down(rays);
+            (&rays[others[i]].origin.x)[axis] += 0x1p-40;
+            assert_true(makes_bundle(rays, &bundle, packets) && !bundle.one_origin);
+        }
+}
+
+/* One ray that is not finite, or directions that are too short or too long, make no bundle. */
+static void test_no_bundle(void **state)
+{
+    (void)state;
+    const double odd[] = {HUGE_VAL, -HUGE_VAL, (double)NAN};
+    struct bundle bundle;
+    struct packet packets[BUNDLE];
+    struct ray rays[RAYS];
+    for (unsigned i = 0; i < 3; i++)
+        for (unsigned k = 0; k < 6; k++) {
+            down(rays);
+            (k < 3 ? &rays[9].origin.x : &rays[9].direction.x)[k % 3] = odd[i];
+            assert_false(makes_bundle(rays, &bundle, packets));
+            for (unsigned n = 0; n < RAYS; n++)
+                rays[n].origin = rays[9].origin;
+            assert_false(makes_bundle(rays, &bundle, packets));
+        }
+    for (int exponent = -50; exponent <= 50; exponent += 10) {
+        down(rays);
+        for (unsigned i = 0; i < RAYS; i++)
+            rays[i].direction = vec_scale(rays[i].direction, ldexp(1, exponent));
+        assert_int_equal(makes_bundle(rays, &bundle, packets), abs(exponent) < 40);
+    }
+}
+
+/* Components of directions that are all of one sign, but so small that only double has a number for their inverse. */
+static void test_slow_components(void **state)
+{
+    (void)state;
+    uint64_t random = 7;
+    struct tally tally = {0};
+    const double sizes[] = {0x1p-55, 0x1p-100, 0x1p-130, 0x1p-140, 0x1p-1000};
+    for (unsigned i = 0; i < 500; i++) {
+        struct bvh bvh = random_tree(&random, 0);
+        struct bvh_node node = {.child = {0}};
+        struct bundle bundle;
+        struct packet packets[BUNDLE];
+        struct ray rays[RAYS];
+        down(rays);
+        const struct vec3 place = {random_part(&random, 1), 0, 10};
+        fill_node(&random, 1, &place, &node);
+        for (unsigned k = 0; k < RAYS; k++) {
+            rays[k].origin = vec_add(place, vec3(bvh.center[0], bvh.center[1], bvh.center[2]));
+            rays[k].direction.x = (i % 2 ? 1 : -1) * sizes[i % 5] * random_between(&random, 1, 2);
+            rays[k].direction.y /= 16;
+        }
+        if (makes_bundle(rays, &bundle, packets) && bundle_enters(&bundle, &bvh))
+            check_bundle(&random, &bundle, &node, rays, &tally);
+    }
+    assert_true(tally.taken > 200 && tally.met > tally.taken);
+}
+
 /* ---- bundles in a tree ---- */
 
 /* Rays from (0, 0, 10) towards a square of this size around a point. */
@@ -247,12 +333,9 @@ static void aim(struct bundle *bundle, struct packet packets[BUNDLE], struct ray
                 struct vec3 target, double size)
 {
     uint64_t random = 5;
-    *bundle = (struct bundle){.count = BUNDLE};
-    for (unsigned p = 0; p < BUNDLE; p++)
-        bundle->packets[p] = &packets[p];
     for (unsigned i = 0; i < RAYS; i++)
         rays[i] = ray_to(vec3(0, 0, 10), vec_add(target, random_vector(&random, size)));
-    assert_true(bundle_of(rays, bundle));
+    assert_true(makes_bundle(rays, bundle, packets));
 }
 
 /* The leaves that a bundle has visited, from top to bottom. */
@@ -445,7 +528,9 @@ int main(void)
         cmocka_unit_test(test_no_box_is_lost),     cmocka_unit_test(test_packets_lose_no_box),
         cmocka_unit_test(test_size_does_not_blur), cmocka_unit_test(test_rounds_outward),
         cmocka_unit_test(test_left_to_double),     cmocka_unit_test(test_near_leaves_first),
-        cmocka_unit_test(test_giving_up),          cmocka_unit_test(test_trees_of_bundle),
+        cmocka_unit_test(test_one_origin),         cmocka_unit_test(test_no_bundle),
+        cmocka_unit_test(test_slow_components),    cmocka_unit_test(test_giving_up),
+        cmocka_unit_test(test_trees_of_bundle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
