@@ -130,7 +130,7 @@ static bool find_magic(struct journal_scan *scan, uint64_t *at)
         uint64_t end = scan->window_at + scan->window_bytes;
         bool is_inside = *at >= scan->window_at && *at + before + sizeof magic <= end;
         if (!is_inside && !fill_window(scan, *at)) {
-            *at = ((*at + scan->window_bytes) / BLOCK + 1) * BLOCK;
+            *at = (*at / BLOCK + 1) * BLOCK;
             continue;
         }
         size_t from = (size_t)(*at - scan->window_at) + before;

@@ -262,21 +262,22 @@ static void test_endless_gap(void **state)
  * that is damaged. */
 #define WINDOW_END (HEADER + 1 + 65536)
 
-/* Records anywhere across the end of the first window are found: of two short ones at the beginning and many others,
- * all before that are damaged. */
+/* A record that begins near the end of the first window is found: of three short ones and many others, all before that
+ * are damaged. */
 static void test_across_windows(void **state)
 {
     struct scratch *s = *state;
     enum { RECORDS = 640, SIZE = HEADER + RECORDS * RECORD };
     static char bytes[SIZE];
-    for (size_t more = 0; more <= 2 * PAYLOAD; more += 3) {
+    /* The record of interest begins 33 bytes before the end and, at last, 9 behind it. */
+    for (size_t more = 0; more <= 42; more++) {
         struct seen seen;
         unlink(PATH);
         struct journal *journal = open_as(s, PICTURE, &seen);
         for (uint32_t i = 0; i < RECORDS; i++) {
             unsigned char payload[PAYLOAD];
             struct journal_record record = make_record(i, payload);
-            if (i < 2) record.bytes = (more + i) / 2;
+            if (i < 3) record.bytes = (more + i) / 3;
             assert_true(journal_append(journal, &record));
         }
         journal_close(journal);
@@ -284,7 +285,7 @@ static void test_across_windows(void **state)
         uint32_t damaged = 0;
         for (; at <= WINDOW_END - 64; damaged++) {
             bytes[at + 63] ^= 1;
-            at += damaged < 2 ? 64 + (more + damaged) / 2 : RECORD;
+            at += damaged < 3 ? 64 + (more + damaged) / 3 : RECORD;
         }
         journal = open_damaged(s, bytes, size, &seen);
         assert_true(!seen.wrong && seen.records == RECORDS - damaged);
