@@ -405,6 +405,29 @@ static void test_near_leaves_first(void **state)
     }
 }
 
+/* No leaf is lost among those that are entered at the same distance, as all are in which the rays begin. */
+static void test_equal_distances(void **state)
+{
+    (void)state;
+    uint64_t random = 8;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < 200; i++)
+        add_sphere(builder, vec_add(vec3(0, 0, 10), random_vector(&random, 1)), 2, 0);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct packet packets[BUNDLE];
+    struct ray rays[RAYS];
+    struct bundle bundle;
+    struct visits all = {.last = INFINITY};
+    aim(&bundle, packets, rays, vec3(0, 0, 0), 1);
+    assert_true(bundle_enters(&bundle, bvh));
+    bundle_traverse(&bundle, INFINITE, note_visit, &all);
+    assert_int_equal(all.count, count_leaves(bvh));
+    free(bvh);
+    free(scene);
+}
+
 /* A bundle whose rays meet no leaf gives up after some of them, the later the likelier a leaf is hit by few rays; one
  * whose rays meet leaves never does. */
 static void test_giving_up(void **state)
@@ -529,8 +552,8 @@ int main(void)
         cmocka_unit_test(test_size_does_not_blur), cmocka_unit_test(test_rounds_outward),
         cmocka_unit_test(test_left_to_double),     cmocka_unit_test(test_near_leaves_first),
         cmocka_unit_test(test_one_origin),         cmocka_unit_test(test_no_bundle),
-        cmocka_unit_test(test_slow_components),    cmocka_unit_test(test_giving_up),
-        cmocka_unit_test(test_trees_of_bundle),
+        cmocka_unit_test(test_slow_components),    cmocka_unit_test(test_equal_distances),
+        cmocka_unit_test(test_giving_up),          cmocka_unit_test(test_trees_of_bundle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
