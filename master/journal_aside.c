@@ -61,7 +61,7 @@ static bool is_numbered(const char *name, const char *of)
 }
 
 /* The length of the file if it begins with the header and has more after it; otherwise 0, as for any that is no regular
- * file. */
+ * file or not open. */
 static off_t length_behind(int file, const void *header, size_t bytes)
 {
     unsigned char begin[64];
@@ -94,7 +94,7 @@ static struct aside find_longest(const char *path, const void *header, size_t by
         if (!is_numbered(entry->d_name, path_name(path))) continue;
         struct aside next = {path_in(folder, entry->d_name), -1, 0};
         next.file = open_alone(next.path);
-        if (next.file >= 0) next.length = length_behind(next.file, header, bytes);
+        next.length = length_behind(next.file, header, bytes);
         struct aside other = next.length > longest.length ? longest : next;
         if (next.length > longest.length) longest = next;
         leave(&other);
