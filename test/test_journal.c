@@ -545,6 +545,20 @@ static bool can_reserve(void)
     return can;
 }
 
+/* Where both are in memory, the copy is worth as much. */
+static void test_both_in_memory(void **state)
+{
+    struct scratch *s = *state;
+    char folder[] = "/dev/shm/farm-test-XXXXXX";
+    if (!scratch_in_memory("/dev/shm")) skip();
+    assert_true(mkdtemp(folder) && chdir(folder) == 0);
+    struct journal *journal = move_twice(s, "twice.journal");
+    journal_remove_original(journal);
+    assert_null(journal_original(journal));
+    journal_remove(journal);
+    assert_int_equal(chdir(s->folder) + rmdir(folder), 0);
+}
+
 /* Room is set aside for what comes, and stays while it comes, also where something was cut off before; what is not used
  * is given back. */
 static void test_reserved(void **state)
@@ -792,6 +806,7 @@ int main(void)
         cmocka_unit_test(test_original),
         cmocka_unit_test(test_original_stays),
         cmocka_unit_test(test_original_of_copy_in_memory),
+        cmocka_unit_test(test_both_in_memory),
         cmocka_unit_test(test_no_file_stays_open),
     };
     return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
