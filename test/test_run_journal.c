@@ -198,8 +198,8 @@ static void leave_passes(unsigned passes, uint32_t width)
     end_sampling(&sampling);
 }
 
-/* Leaves a journal with a tile of pass 0, which was cut off, and the pass for a lattice after it. Returns how many pixels
- * have samples. */
+/* Leaves a journal with a tile of pass 0, which was cut off, and the pass for a lattice after it. Returns how many
+ * pixels have samples. */
 static uint64_t leave_lattice(uint32_t width)
 {
     struct sampling sampling;
