@@ -804,8 +804,12 @@ static void test_bounds(void **state)
     (void)state;
     const struct bounds a = {{-1, 2, 3}, {0, 4, 6}}, b = {{0, -2, 5}, {3, 1, 5.5}};
     const struct bounds both = {{-1, -2, 3}, {3, 4, 6}};
+    const struct bounds below = {{-3, -5, -7}, {-2, -4, -1}};
     struct bounds all = BOUNDS_NONE;
     assert_same(bounds_size(&all), 0);
+    bounds_add(&all, &below);
+    assert_memory_equal(&all, &below, sizeof below);
+    all = BOUNDS_NONE;
     bounds_add(&all, &a);
     assert_memory_equal(&all, &a, sizeof a);
     bounds_add(&all, &b);

@@ -274,6 +274,26 @@ static void test_one_origin(void **state)
         }
 }
 
+/* Rays of which one may have another longest axis make no bundle; a bundle that is made anew has met no leaves. */
+static void test_longest_axis(void **state)
+{
+    (void)state;
+    struct bundle bundle;
+    struct packet packets[BUNDLE];
+    struct ray rays[RAYS];
+    for (unsigned axis = 0; axis < 2; axis++)
+        for (int i = 0; i < 4; i++) {
+            down(rays);
+            (&rays[9].direction.x)[axis] = (i % 2 ? 1 : -1) * (i < 2 ? 1 : 1.5);
+            assert_false(makes_bundle(rays, &bundle, packets));
+        }
+    down(rays);
+    assert_true(makes_bundle(rays, &bundle, packets));
+    bundle.leaves = bundle.visits = 7;
+    assert_true(bundle_of(rays, &bundle));
+    assert_true(bundle.leaves == 0 && bundle.visits == 0);
+}
+
 /* One ray that is not finite, or directions that are too short or too long, make no bundle. */
 static void test_no_bundle(void **state)
 {
@@ -552,8 +572,9 @@ int main(void)
         cmocka_unit_test(test_size_does_not_blur), cmocka_unit_test(test_rounds_outward),
         cmocka_unit_test(test_left_to_double),     cmocka_unit_test(test_near_leaves_first),
         cmocka_unit_test(test_one_origin),         cmocka_unit_test(test_no_bundle),
-        cmocka_unit_test(test_slow_components),    cmocka_unit_test(test_equal_distances),
-        cmocka_unit_test(test_giving_up),          cmocka_unit_test(test_trees_of_bundle),
+        cmocka_unit_test(test_longest_axis),       cmocka_unit_test(test_slow_components),
+        cmocka_unit_test(test_equal_distances),    cmocka_unit_test(test_giving_up),
+        cmocka_unit_test(test_trees_of_bundle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
