@@ -175,9 +175,15 @@ static void test_deep_nesting(void **state)
     free(scene);
 }
 
+/* One of the directions that media_at() tries itself, for points that are not on a surface. */
+static uint32_t stack_around(struct media *media, const struct bvh *bvh, struct vec3 point)
+{
+    return media_at(media, bvh, point, vec3(0.48, 0.61, 0.63));
+}
+
 static uint32_t stack_at(struct media *media, const struct bvh *bvh, double x, double y)
 {
-    return media_at(media, bvh, vec3(x, y, 0.01));
+    return stack_around(media, bvh, vec3(x, y, 0.01));
 }
 
 /* The media around an eye: opaque objects do not count; planes count from behind. */
@@ -205,6 +211,38 @@ static void test_eye(void **state)
     free(scene);
 }
 
+/* An eye exactly on a surface is on the side that it looks to, whichever side of the object it is at. */
+static void test_eye_on_a_surface(void **state)
+{
+    (void)state;
+    static const struct vec3 ways[] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
+                                       {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+    struct builder *builder = builder_create();
+    uint32_t glass = add_glass(builder, 1.5, 0.9);
+    add_sphere(builder, vec3(8, 0, 0), 1, glass);
+    add_box(builder, vec3(-1, -1, -1), vec3(1, 1, 1), glass);
+    struct plane lid = {.point = {0, -5, 0}, .normal = {0, 1, 0}, .material = glass};
+    assert_added(builder_add_plane(builder, &lid));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    for (unsigned i = 0; i < 6; i++) {
+        struct vec3 out = ways[i], in = vec_neg(out), on_ball = vec_add(vec3(8, 0, 0), out);
+        uint32_t in_box = media_at(media, bvh, out, in),
+                 in_ball = media_at(media, bvh, on_ball, in);
+        assert_int_equal(media_at(media, bvh, out, out), MEDIUM_OUTSIDE);
+        assert_int_equal(media_at(media, bvh, on_ball, out), MEDIUM_OUTSIDE);
+        assert_false(media_cross(media, in_box, primitive_id(PRIMITIVE_BOX, 0), false).unmatched);
+        assert_false(media_cross(media, in_ball, sphere(0), false).unmatched);
+    }
+    assert_int_equal(media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, 0.6, 0)), MEDIUM_OUTSIDE);
+    uint32_t below = media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, -0.6, 0));
+    assert_false(media_cross(media, below, primitive_id(PRIMITIVE_PLANE, 0), false).unmatched);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 /* An eye in a closed mesh: all rays agree. */
 static void test_eye_in_a_mesh(void **state)
 {
@@ -219,12 +257,12 @@ static void test_eye_in_a_mesh(void **state)
     struct scene *scene = finish_scene(builder);
     struct bvh *bvh = build_tree(scene);
     struct media *media = media_create(scene);
-    uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+    uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
     struct crossing_media at =
         media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 2), false);
     assert_crossing(at, 1.5, 1, false);
-    assert_int_equal(media_at(media, bvh, vec3(2, 2, 2)), MEDIUM_OUTSIDE);
-    assert_int_equal(media_at(media, bvh, vec3(-2, -2, -3)), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_around(media, bvh, vec3(2, 2, 2)), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_around(media, bvh, vec3(-2, -2, -3)), MEDIUM_OUTSIDE);
     media_destroy(media);
     free(bvh);
     free(scene);
@@ -275,7 +313,7 @@ static void test_eye_in_an_open_mesh(void **state)
         struct scene *scene = octahedron(without);
         struct bvh *bvh = build_tree(scene);
         struct media *media = media_create(scene);
-        uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+        uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
         if (without < 0) assert_int_not_equal(inside, MEDIUM_OUTSIDE);
         outside += inside == MEDIUM_OUTSIDE;
         media_destroy(media);
@@ -299,7 +337,7 @@ static void test_eye_in_two_meshes(void **state)
         struct scene *scene = finish_scene(builder);
         struct bvh *bvh = build_tree(scene);
         struct media *media = media_create(scene);
-        uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+        uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
         uint32_t face = primitive_id(PRIMITIVE_TRIANGLE, 0);
         struct crossing_media at = media_cross(media, inside, face, false);
         once += at.to == 1;
@@ -337,7 +375,7 @@ static void test_eye_above_coplanar(void **state)
     struct scene *scene = finish_scene(builder);
     struct bvh *bvh = build_tree(scene);
     struct media *media = media_create(scene);
-    uint32_t inside = media_at(media, bvh, vec3(0, 1, 0));
+    uint32_t inside = stack_around(media, bvh, vec3(0, 1, 0));
     struct crossing_media at =
         media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 0), false);
     assert_crossing(at, 1.33, 1, false);
@@ -357,6 +395,7 @@ int main(void)
         cmocka_unit_test(test_by_side),
         cmocka_unit_test(test_deep_nesting),
         cmocka_unit_test(test_eye),
+        cmocka_unit_test(test_eye_on_a_surface),
         cmocka_unit_test(test_eye_in_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),
         cmocka_unit_test(test_eye_in_an_open_mesh),

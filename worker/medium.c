@@ -172,7 +172,7 @@ struct crossing_media media_by_side(const struct scene *scene, uint32_t primitiv
 /* ---- around a point ---- */
 
 #define EXITS_MAX     64
-#define DIRECTIONS    4
+#define DIRECTIONS    5 /* the first one is that of media_at() */
 /* Hits of one ray; more occur only with surfaces that lie within each other. */
 #define FOLLOWED_HITS 4096
 
@@ -232,32 +232,40 @@ static bool agreed(const struct exits exits[DIRECTIONS], uint32_t i)
     return true;
 }
 
-static uint32_t planes_around(struct media *media, struct vec3 point)
+static bool is_behind(const struct plane *plane, struct vec3 point, struct vec3 ahead)
+{
+    double side = vec_dot(vec_sub(point, plane->point), plane->normal);
+    return side < 0 || (side == 0 && vec_dot(ahead, plane->normal) < 0);
+}
+
+static uint32_t planes_around(struct media *media, struct vec3 point, struct vec3 ahead)
 {
     const struct plane *planes = scene_planes(media->scene);
     uint32_t stack = MEDIUM_OUTSIDE;
     for (uint32_t i = 0; i < media->scene->primitives[PRIMITIVE_PLANE].count; i++) {
         uint32_t id = primitive_id(PRIMITIVE_PLANE, i);
-        bool behind = vec_dot(vec_sub(point, planes[i].point), planes[i].normal) < 0;
-        if (behind && transmits(media->scene, id))
+        if (is_behind(&planes[i], point, ahead) && transmits(media->scene, id))
             stack = push(media, stack, medium_of(media->scene, id));
     }
     return stack;
 }
 
-uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point)
+uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead)
 {
-    /* Far from each other and from directions that are common in scenes. */
-    static const struct vec3 directions[DIRECTIONS] = {
-        {0.48, 0.61, 0.63}, {-0.59, -0.65, 0.48}, {0.66, -0.47, -0.58}, {-0.51, 0.53, -0.67}};
+    /* All but the first are far from each other and from directions that are common in scenes. */
+    const struct vec3 directions[DIRECTIONS] = {ahead,
+                                                {0.48, 0.61, 0.63},
+                                                {-0.59, -0.65, 0.48},
+                                                {0.66, -0.47, -0.58},
+                                                {-0.51, 0.53, -0.67}};
     static const struct exits none;
-    struct exits exits[DIRECTIONS] = {none, none, none, none};
+    struct exits exits[DIRECTIONS] = {none, none, none, none, none};
     for (int p = 0; p < DIRECTIONS; p++) {
         struct ray ray = {
             .origin = point, .direction = directions[p], .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
         follow(media, bvh, ray, &exits[p]);
     }
-    uint32_t stack = planes_around(media, point);
+    uint32_t stack = planes_around(media, point, ahead);
     for (uint32_t i = exits[0].count; i-- > 0;)
         if (agreed(exits, i)) stack = push(media, stack, exits[0].media[i]);
     return stack;

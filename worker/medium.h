@@ -55,11 +55,12 @@ struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t 
 struct crossing_media media_by_side(const struct scene *scene, uint32_t primitive, bool entering);
 
 /*
- * The stack at a point that no ray has come to, such as the eye. The point is inside an object if a ray from
- * it leaves the object without having entered it. For open surfaces, which may be left on one side only, all
- * of four rays in different directions must agree. The side behind a plane is inside. At most 64 objects
- * around the point are found; those farther out are reported as unmatched later.
+ * The stack at a point that no ray has come to, such as the eye. The point is inside an object if the ray in the
+ * direction `ahead` leaves the object without having entered it; so a point exactly on a surface is on the side that
+ * the ray leads to. For open surfaces, which may be left on one side only, four rays in different directions must
+ * agree. The side behind a plane is inside. At most 64 objects around the point are found; those farther out are
+ * reported as unmatched later.
  */
-uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point);
+uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead);
 
 #endif

@@ -33,7 +33,8 @@ static void begin_media(struct renderer *renderer)
     media_clear(renderer->media);
     bool refracts = (scene_features(scene) & FEATURE_REFRACTION) != 0;
     if (!refracts || scene->view.formulas == FORMULAS_PAPER) return;
-    renderer->eye_media = media_at(renderer->media, renderer->bvh, scene->view.camera.eye);
+    const struct camera *camera = &scene->view.camera;
+    renderer->eye_media = media_at(renderer->media, renderer->bvh, camera->eye, camera->forward);
 }
 
 /* Whether every sample is one ray. */
