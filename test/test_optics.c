@@ -171,6 +171,19 @@ static void test_lobe(void **state)
     }
 }
 
+/* Rounding takes no highlight above 1, on which the bounds on what is left out rely. */
+static void test_lobe_is_at_most_one(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 10000; i++) {
+        struct vec3 view, normal;
+        random_meeting(uniform(0, 1), &view, &normal);
+        struct vec3 to_light = vec_normalize(mirror(view, normal));
+        assert_true(phong_lobe(view, normal, to_light, SHININESS_MAX) <= 1);
+        assert_true(naive_phong_lobe(view, normal, to_light, SHININESS_MAX) <= 1);
+    }
+}
+
 /* A scene scaled by a power of two gives the same numbers. */
 static void test_lobe_scales(void **state)
 {
@@ -425,6 +438,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lobe),
+        cmocka_unit_test(test_lobe_is_at_most_one),
         cmocka_unit_test(test_lobe_scales),
         cmocka_unit_test(test_lobe_ends),
         cmocka_unit_test(test_grazing_mirror),

@@ -28,6 +28,8 @@ double naive_phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_lig
                         double shininess)
 {
     double cos_b = vec_dot(to_light, view) - 2 * vec_dot(to_light, normal) * vec_dot(normal, view);
+    /* By rounding. The bounds of worker/radiance.h allow for no lobe above 1. */
+    if (cos_b > 1) cos_b = 1;
     return cos_b > 0 ? pow(cos_b, shininess) : 0;
 }
 

@@ -27,7 +27,7 @@
  */
 double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light, double shininess);
 
-/* pow(cos b, n); its relative error grows with n. All vectors, also to_light, have unit length. */
+/* pow(cos b, n), at most 1; its relative error grows with n. All vectors, also to_light, have unit length. */
 double naive_phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
                         double shininess);
 
