@@ -14,6 +14,17 @@ static void note_in_timeline(struct service *service, enum timeline_kind kind, u
     if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
 }
 
+/* For the heat map: charges a tile's time to the pixels that have got samples. */
+static void note_costs(struct service *service, const struct tile *tile, double seconds)
+{
+    struct timeline *timeline = service->timeline;
+    if (!timeline || !timeline->costs) return;
+    if (service->adaptive)
+        adaptive_spread(service->adaptive, tile, seconds, timeline->costs);
+    else
+        timeline_spread(timeline, tile, seconds);
+}
+
 uint32_t take_refinements(struct server *server, const struct tile *tile,
                           struct refinement *refinements)
 {
@@ -39,6 +50,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
 {
     struct service *service = server->service;
     note_in_timeline(service, TIMELINE_TILE, renderer, tile, header);
+    note_costs(service, tile, header->cpu_s);
     if (service->adaptive) {
         assert(tile->pass + 1 == adaptive_passes(service->adaptive));
         save_part(service->save, tile, header, rgb);

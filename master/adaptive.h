@@ -154,6 +154,11 @@ void adaptive_refinements(const struct adaptive *adaptive, const struct tile *ti
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds);
 
+/* Shares out the seconds that a tile took, before adaptive_put(): adds to each pixel in `costs`, which has the size of
+ * the canvas, its part by the number of samples that the result has of it. */
+void adaptive_spread(const struct adaptive *adaptive, const struct tile *tile, double seconds,
+                     float *costs);
+
 /* CPU seconds that all samples so far took to render, as passed to adaptive_put(); those of first samples alone. */
 double adaptive_seconds(const struct adaptive *adaptive);
 double adaptive_first_seconds(const struct adaptive *adaptive);

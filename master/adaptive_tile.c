@@ -106,6 +106,28 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 
 /* ---- what comes in ---- */
 
+/* How many samples a result has of the pixel. */
+static double samples_of(const struct adaptive *adaptive, size_t pixel)
+{
+    const double *samples = adaptive->statistics.levels.samples;
+    uint32_t from = has_all_pixels(adaptive) ? 0 : adaptive->statistics.level[pixel];
+    return samples[adaptive->pass.next[pixel]] - samples[from];
+}
+
+void adaptive_spread(const struct adaptive *adaptive, const struct tile *tile, double seconds,
+                     float *costs)
+{
+    uint32_t pixels = tile_pixels(tile);
+    double samples = 0;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        samples += samples_of(adaptive, walk.pixel);
+    if (!(samples > 0)) return;
+    walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        costs[walk.pixel] += (float)(seconds * samples_of(adaptive, walk.pixel) / samples);
+}
+
 /* Takes in what the pass brings to a pixel. A pixel without samples has no state before to be looked at: reading it
  * would take as long as storing the first samples. */
 static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_samples *more)

@@ -30,13 +30,14 @@ static MESSAGE_FORMAT(5, 6) bool refuse_setting(const struct loader *loader, con
     return false;
 }
 
-/* Bytes that rank 0 keeps for each pixel during the whole run: the canvas, those of a preview and of a reference, and
- * the statistics of adaptive sampling. */
+/* Bytes that rank 0 keeps for each pixel during the whole run: the canvas, those of a preview and of a reference, the
+ * statistics of adaptive sampling, and the costs of a heat map. */
 static uint64_t pixel_bytes(const struct settings *s)
 {
     bool preview = s->output.preview > 0, reference = *s->sampling.reference != '\0';
     uint64_t canvases = 1u + preview + reference, canvas_bytes = 3 * sizeof(float);
-    return canvases * canvas_bytes + (settings_adaptive(s) ? adaptive_pixel_bytes() : 0);
+    uint64_t costs = *s->output.heatmap ? sizeof(float) : 0;
+    return canvases * canvas_bytes + (settings_adaptive(s) ? adaptive_pixel_bytes() : 0) + costs;
 }
 
 static bool size_good(const struct loader *loader, const char *config)

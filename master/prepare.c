@@ -211,6 +211,7 @@ static void make_room(struct run *run, const struct view *view)
     double start = clock_wall(), pixels = (double)view->region_w * view->region_h;
     size_t bytes = 3 * sizeof(float);
     if (settings_adaptive(settings)) bytes += adaptive_pixel_bytes();
+    if (*settings->output.heatmap) bytes += sizeof *run->timeline.costs;
     char *text =
         format_text("preparing %.1f MB of memory for the picture", 1e-6 * (double)bytes * pixels);
     struct late_note note;
@@ -218,6 +219,8 @@ static void make_room(struct run *run, const struct view *view)
     canvas_init(&run->canvas, view->region_w, view->region_h);
     if (settings_adaptive(settings))
         run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
+    if (*settings->output.heatmap)
+        timeline_record_costs(&run->timeline, view->region_w, view->region_h);
     late_note_end(&note);
     free(text);
     run->report.time.room = clock_wall() - start;

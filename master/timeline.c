@@ -13,6 +13,7 @@ void timeline_free(struct timeline *timeline)
 {
     free(timeline->entries);
     free(timeline->plans);
+    free(timeline->costs);
     *timeline = (struct timeline){0};
 }
 
@@ -35,6 +36,22 @@ void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t r
                                 .start_s = header->start_s,
                                 .busy_s = (float)header->busy_s,
                                 .cpu_s = (float)header->cpu_s};
+}
+
+void timeline_record_costs(struct timeline *timeline, uint32_t width, uint32_t height)
+{
+    timeline->costs = allocate_prefaulted((size_t)width * height, sizeof *timeline->costs);
+    timeline->width = width;
+}
+
+void timeline_spread(struct timeline *timeline, const struct tile *tile, double seconds)
+{
+    uint32_t pixels = tile_pixels(tile), x, y;
+    float each = (float)(seconds / pixels);
+    for (uint32_t k = 0; k < pixels; k++) {
+        tile_pixel(tile, k, &x, &y);
+        timeline->costs[(size_t)y * timeline->width + x] += each;
+    }
 }
 
 void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *plan)

@@ -2,7 +2,7 @@
  * The timeline: which renderer rendered which tile, and when. It has an entry per tile that a renderer worked
  * on, including probes and dropped tiles, in the order in which they came in; and the times of planning passes
  * of adaptive sampling. It is recorded if the trace, the heat map or the picture of ranks is wanted: 64 bytes
- * per entry, 64 MB for a million.
+ * per entry, 64 MB for a million. For the heat map it also has what each pixel has cost so far, 4 bytes a pixel.
  */
 #ifndef FARM_MASTER_TIMELINE_H
 #define FARM_MASTER_TIMELINE_H
@@ -50,6 +50,10 @@ struct timeline {
     size_t count;
     struct timeline_plan *plans; /* in order of time; owned */
     size_t plan_count;
+    /* CPU seconds of each pixel of the rendered region, rows from the top; owned; NULL: no heat map is wanted. To be
+     * added to by whoever knows which pixels of a tile its time was spent on. */
+    float *costs;
+    uint32_t width; /* of that region */
 };
 
 static inline struct tile entry_tile(const struct timeline_entry *entry)
@@ -67,6 +71,12 @@ void timeline_free(struct timeline *timeline);
 
 void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                   const struct tile *tile, const struct result_header *header);
+
+/* Prepares for the heat map of a region of this size. */
+void timeline_record_costs(struct timeline *timeline, uint32_t width, uint32_t height);
+
+/* Adds a tile's CPU seconds to the costs of its pixels, the same to each. */
+void timeline_spread(struct timeline *timeline, const struct tile *tile, double seconds);
 
 /* Adds a plan, which is later than all that were added before. */
 void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *plan);
@@ -87,9 +97,8 @@ struct heat_range {
 };
 
 /*
- * Draws CPU seconds per pixel as colours, on a logarithmic scale from black (cheap) to white (expensive). A
- * tile's cost is distributed evenly over its pixels. The canvas is as wide as the rendered region, whose height is
- * given; rows below it are left alone.
+ * Draws the costs, which must have been recorded, as colours, on a logarithmic scale from black (cheap) to white
+ * (expensive). The canvas is as wide as the rendered region, whose height is given; rows below it are left alone.
  */
 struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t height,
                                    struct canvas *canvas);

@@ -67,24 +67,6 @@ void timeline_rank_color(uint32_t renderer, float rgb[3])
 
 /* ---- the pictures ---- */
 
-/* CPU seconds per pixel of the region, rows from the top; owned by the caller. */
-static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint32_t height)
-{
-    float *costs = allocate_zeroed((size_t)width * height, sizeof *costs);
-    for (size_t i = 0; i < timeline->count; i++) {
-        const struct timeline_entry *entry = &timeline->entries[i];
-        if (entry->kind != TIMELINE_TILE) continue;
-        struct tile tile = entry_tile(entry);
-        uint32_t pixels = tile_pixels(&tile), x, y;
-        float cost = entry->cpu_s / (float)pixels;
-        for (uint32_t k = 0; k < pixels; k++) {
-            tile_pixel(&tile, k, &x, &y);
-            costs[(size_t)y * width + x] += cost;
-        }
-    }
-    return costs;
-}
-
 /* The range of the colour scale; costs of 0 are unknown, and if all are, the range is 0 to 0. It spans a factor of 2 to
  * 1000, so that noise alone is not shown as structure, and a few expensive pixels leave contrast for the rest. */
 static struct heat_range find_range(const float *costs, size_t pixels)
@@ -104,7 +86,8 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
                                    struct canvas *canvas)
 {
     size_t pixels = (size_t)canvas->width * height;
-    float shades[SHADES][3], *costs = pixel_costs(timeline, canvas->width, height);
+    const float *costs = timeline->costs;
+    float shades[SHADES][3];
     struct heat_range range = find_range(costs, pixels);
     double scale = range.highest > 0 ? (SHADES - 1) / log(range.highest / range.lowest) : 0;
     for (int i = 0; i < SHADES; i++)
@@ -116,7 +99,6 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
         for (int c = 0; c < 3; c++)
             canvas->rgb[3 * i + (size_t)c] = shade[c];
     }
-    free(costs);
     return range;
 }
 

@@ -124,13 +124,68 @@ static void test_plans_are_told_apart(void **state)
     adaptive_destroy(other);
 }
 
+static double cost_at(const float *costs, uint32_t x)
+{
+    return (double)costs[x];
+}
+
+/* The time of a tile is charged to the pixels that its result has, by the number of their samples: to all while first
+ * samples are taken, also to those that were in before; later to those that are still to come. */
+static void test_costs_of_samples(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    float costs[ALL] = {0};
+    struct tile half = columns(4, 8), mixed = columns(8, 8);
+    struct view view = view_of(4, 64);
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    put(adaptive, columns(0, 8), (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    adaptive_spread(adaptive, &half, 8 * HIGH, costs);
+    assert_true(cost_at(costs, 4) == 1 && cost_at(costs, 11) == 1 && cost_at(costs, 12) == 0);
+    put(adaptive, columns(8, 16), (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    put(adaptive, columns(0, 12), (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    adaptive_spread(adaptive, &mixed, 8 * HIGH, costs);
+    assert_true(cost_at(costs, 8) == 1 && cost_at(costs, 11) == 1); /* as before */
+    assert_true(cost_at(costs, 12) == 2 && cost_at(costs, 15) == 2 && cost_at(costs, 16) == 0);
+    assert_true(cost_at(costs, (HIGH - 1) * WIDE + 15) == 2);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* A pixel with error gets more samples than its quiet neighbours, and has all of the pass's time. */
+static void test_costs_of_refined_pixels(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    float costs[ALL] = {0};
+    struct view view = view_of(4, 64);
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    put(adaptive, columns(0, 12), (struct sent){0.5f, 0, 0, {1, 1}}, 1);
+    put(adaptive, columns(12, 12), (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    struct refinement asked[ALL];
+    adaptive_refinements(adaptive, &all, asked);
+    adaptive_spread(adaptive, &all, 1, costs);
+    double sum = 0, samples = adaptive_work(adaptive, &all).samples;
+    for (uint32_t i = 0; i < ALL; i++) {
+        double mine = level_samples(&view, asked[i].to) - level_samples(&view, asked[i].from);
+        assert_true(fabs((double)costs[i] - mine / samples) < 1e-7);
+        sum += (double)costs[i];
+    }
+    assert_true(fabs(sum - 1) < 1e-5 && costs[0] == 0 && costs[WIDE - 1] > 0);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_part_of_a_pass),
-        cmocka_unit_test(test_tile_with_steps),
-        cmocka_unit_test(test_work_of_a_pass),
-        cmocka_unit_test(test_plans_are_told_apart),
+        cmocka_unit_test(test_part_of_a_pass),   cmocka_unit_test(test_tile_with_steps),
+        cmocka_unit_test(test_work_of_a_pass),   cmocka_unit_test(test_plans_are_told_apart),
+        cmocka_unit_test(test_costs_of_samples), cmocka_unit_test(test_costs_of_refined_pixels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,6 +13,16 @@ static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t ren
     header.pixels = kind == TIMELINE_WASTED ? RESULT_DROPPED : tile_pixels(&tile);
     if (kind == TIMELINE_TILE) header.counts.rays[RAY_PRIMARY] = 4 * tile_pixels(&tile);
     timeline_add(timeline, kind, renderer, &tile, &header);
+    if (kind == TIMELINE_TILE && timeline->costs) timeline_spread(timeline, &tile, cpu_s);
+}
+
+/* A timeline and a canvas for the heat map of a picture of this size. */
+static struct timeline heated(uint32_t width, uint32_t height, struct canvas *canvas)
+{
+    struct timeline timeline = {0};
+    timeline_record_costs(&timeline, width, height);
+    canvas_init(canvas, width, height);
+    return timeline;
 }
 
 static struct tile square(uint32_t x, uint32_t y, uint32_t edge)
@@ -175,9 +185,8 @@ static void test_trace_of_shares(void **state)
 static void test_heatmap_of_passes(void **state)
 {
     (void)state;
-    struct timeline timeline = {0};
     struct canvas canvas;
-    canvas_init(&canvas, 8, 4);
+    struct timeline timeline = heated(8, 4, &canvas);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-6);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-6);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 1, 48e-6);
@@ -281,9 +290,8 @@ static void test_rank_colors(void **state)
 static void test_heatmap(void **state)
 {
     (void)state;
-    struct timeline timeline = {0};
     struct canvas canvas;
-    canvas_init(&canvas, 16, 4);
+    struct timeline timeline = heated(16, 4, &canvas);
     double cost = 16e-6; /* of the cheapest tile: 1 us a pixel, then ten times as much each */
     for (uint32_t i = 0; i < 3; i++, cost *= 10)
         add(&timeline, TIMELINE_TILE, i, square(4 * i, 0, 4), 0, cost);
@@ -303,9 +311,8 @@ static void test_heatmap(void **state)
 static void test_heatmap_of_cyclic_shares(void **state)
 {
     (void)state;
-    struct timeline timeline = {0};
     struct canvas canvas;
-    canvas_init(&canvas, 3, 3);
+    struct timeline timeline = heated(3, 3, &canvas);
     for (uint32_t i = 0; i < 2; i++) {
         struct tile tile = {.w = 3, .h = 3, .phase = i, .step = 2};
         add(&timeline, TIMELINE_TILE, i, tile, 0, i == 0 ? 5e-6 : 4.2e-6);
@@ -323,9 +330,8 @@ static void test_heatmap_of_cyclic_shares(void **state)
 static void test_heatmap_of_extremes(void **state)
 {
     (void)state;
-    struct timeline timeline = {0};
     struct canvas canvas;
-    canvas_init(&canvas, 8, 4);
+    struct timeline timeline = heated(8, 4, &canvas);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-9);
     add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-3);
     struct heat_range range = timeline_heatmap(&timeline, canvas.height, &canvas);
@@ -338,14 +344,14 @@ static void test_heatmap_of_extremes(void **state)
 static void test_heatmap_of_nothing(void **state)
 {
     (void)state;
-    const struct timeline none = {0};
     struct canvas canvas;
-    canvas_init(&canvas, 2, 2);
+    struct timeline none = heated(2, 2, &canvas);
     struct heat_range range = timeline_heatmap(&none, canvas.height, &canvas);
     assert_true(range.lowest == 0 && range.highest == 0);
     for (int i = 0; i < 12; i++)
         assert_true(canvas.rgb[i] == 0);
     canvas_free(&canvas);
+    timeline_free(&none);
 }
 
 /* The colours of all 44 ranks differ in 8 bits per channel, and none is that of a pixel that is not rendered. */
