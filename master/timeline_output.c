@@ -1,12 +1,14 @@
 #include "master/timeline_output.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "master/heat_scale.h"
 #include "master/image_file.h"
 #include "master/legend.h"
 #include "master/output_file.h"
+#include "master/rank_colors.h"
 
 bool timeline_wanted(const struct settings *settings)
 {
@@ -58,14 +60,17 @@ static bool write_heatmap(const struct timeline *timeline, const char *path, str
 }
 
 /* The colour of each rank; owned by the caller. */
-static struct legend_entry *rank_colors(const struct report *report)
+static struct legend_entry *legend_of(const struct report *report)
 {
     uint32_t count = (uint32_t)report->renderer_count;
     struct legend_entry *entries = allocate(count, sizeof *entries);
+    float(*colors)[3] = allocate(count, sizeof *colors);
+    rank_colors(count, colors);
     for (uint32_t i = 0; i < count; i++) {
         entries[i].number = report->renderers[i].rank;
-        timeline_rank_color(i, entries[i].rgb);
+        memcpy(entries[i].rgb, colors[i], sizeof colors[i]);
     }
+    free(colors);
     return entries;
 }
 
@@ -73,7 +78,7 @@ static bool write_ranks(const struct timeline *timeline, const char *path,
                         const struct report *report)
 {
     uint32_t count = (uint32_t)report->renderer_count, height = report->image_height;
-    struct legend_entry *entries = rank_colors(report);
+    struct legend_entry *entries = legend_of(report);
     struct canvas canvas;
     canvas_init(&canvas, report->image_width,
                 height + legend_height(report->image_width, height, entries, count));

@@ -5,6 +5,7 @@
 
 #include "common/message.h"
 #include "common/vec.h"
+#include "master/rank_colors.h"
 #include "master/timeline.h"
 
 /* ---- colours ---- */
@@ -56,15 +57,6 @@ void timeline_heat_color(double heat, float rgb[3])
     perceived_color(heat, chroma, violet + (yellow - violet) * heat, rgb);
 }
 
-/* Hues at multiples of the golden ratio stay distinct however many there are; neighbours differ in lightness,
- * too. */
-void timeline_rank_color(uint32_t renderer, float rgb[3])
-{
-    const double golden = 0.6180339887498949;
-    static const double lightness[] = {0.72, 0.50, 0.86};
-    perceived_color(lightness[renderer % 3], 0.17, fmod(renderer * golden, 1), rgb);
-}
-
 /* ---- the pictures ---- */
 
 /* The range of the colour scale; costs of 0 are unknown, and if all are, the range is 0 to 0. It spans a factor of 2 to
@@ -108,8 +100,7 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas)
 {
     float(*colors)[3] = allocate(count, sizeof *colors);
-    for (uint32_t i = 0; i < count; i++)
-        timeline_rank_color(i, colors[i]);
+    rank_colors(count, colors);
     for (size_t i = 0; i < timeline->count; i++) {
         const struct timeline_entry *entry = &timeline->entries[i];
         if (entry->kind != TIMELINE_TILE) continue;

@@ -272,21 +272,6 @@ static void test_heat_colors(void **state)
     assert_true(fabs(turns_between(last, 1.30)) < 0.006);
 }
 
-/* Ranks beside each other differ in lightness by a seventh or more, and all are colourful. */
-static void test_rank_colors(void **state)
-{
-    (void)state;
-    for (uint32_t rank = 0; rank < 50; rank++) {
-        float rgb[2][3];
-        timeline_rank_color(rank, rgb[0]);
-        timeline_rank_color(rank + 1, rgb[1]);
-        struct perceived color = perceived(rgb[0]), next = perceived(rgb[1]);
-        assert_true(fabs(color.lightness - next.lightness) > 0.135);
-        assert_true(hypot(color.a, color.b) > 0.06);
-        assert_true(fabs(turns_between(hue_of(color), hue_of(next)) - 0.618033988 + 1) < 1e-3);
-    }
-}
-
 static void test_heatmap(void **state)
 {
     (void)state;
@@ -480,7 +465,6 @@ int main(void)
         cmocka_unit_test(test_trace_of_more_than_all),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heat_colors),
-        cmocka_unit_test(test_rank_colors),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),
         cmocka_unit_test(test_heatmap_of_extremes),
