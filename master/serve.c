@@ -35,6 +35,19 @@ static double rendering_limit(const struct server *server)
     return fmax(service->limit - (service->deadline - rendering_ends(server)), SHOW_EVERY);
 }
 
+/* For the trace: notes what serving has taken since it was last noted. Reading a thread's CPU time takes 0.6 us. */
+static void note_service(struct server *server, double now, bool is_due)
+{
+    if (!server->service->timeline || (!is_due && now < server->noted_at + SHOW_EVERY)) return;
+    double cpu = clock_thread_cpu();
+    struct timeline_service service = {.start_s = server->noted_at - server->start,
+                                       .end_s = now - server->start,
+                                       .cpu_s = cpu - server->noted_cpu};
+    timeline_add_service(server->service->timeline, &service);
+    server->noted_at = now;
+    server->noted_cpu = cpu;
+}
+
 static void show_progress(struct server *server, double now)
 {
     if (now < server->next_show) return;
@@ -164,11 +177,13 @@ static void serve_until_done(struct server *server)
         hand_out_to_idle(server);
         tell_recalls(server);
         show_progress(server, now);
+        note_service(server, now, false);
         if (busy)
             nap_heard(&nap, now);
         else
             take_nap(server, &nap);
     }
+    note_service(server, clock_wall(), true);
     count_silent(server);
 }
 
@@ -267,7 +282,9 @@ static void start_server(struct server *server, struct service *service, struct 
     guess_times(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
-    server->start = server->finished_at = server->polled_at = server->woken_at = clock_wall();
+    server->start = server->finished_at = server->polled_at = server->woken_at = server->noted_at =
+        clock_wall();
+    server->noted_cpu = clock_thread_cpu();
 }
 
 bool serve(struct service *service, struct served *served)

@@ -90,7 +90,9 @@ struct server {
     double woken_at;     /* clock_wall() when `awake_s` was last updated */
     double next_look;    /* when to look for silent renderers next */
     double next_show;    /* when to show progress next */
-    double writing_s;    /* expected seconds for writing the images */
+    /* What the timeline has of serving: until when, and the thread's CPU time then. */
+    double noted_at, noted_cpu;
+    double writing_s; /* expected seconds for writing the images */
     /* Seconds that it takes at the end to fill pixels without samples; 0: all have some. */
     double fill_s;
     double next_cut; /* server_elapsed() when to check again whether pass 0 will be done in time */

@@ -13,6 +13,7 @@ void timeline_free(struct timeline *timeline)
 {
     free(timeline->entries);
     free(timeline->plans);
+    free(timeline->services);
     free(timeline->costs);
     *timeline = (struct timeline){0};
 }
@@ -58,6 +59,13 @@ void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *pl
 {
     timeline->plans = grow(timeline->plans, timeline->plan_count, sizeof *timeline->plans);
     timeline->plans[timeline->plan_count++] = *plan;
+}
+
+void timeline_add_service(struct timeline *timeline, const struct timeline_service *service)
+{
+    timeline->services =
+        grow(timeline->services, timeline->service_count, sizeof *timeline->services);
+    timeline->services[timeline->service_count++] = *service;
 }
 
 /* ---- the trace ---- */
@@ -227,6 +235,29 @@ static void put_rows(struct json *json, const struct timeline *timeline,
     free(rows);
 }
 
+/* A counter keeps its value until the next event of its name. */
+static void put_counter(struct json *json, double at_s, double share)
+{
+    open_event(json, "rank 0 serves", "C", 0);
+    json_fixed(json, "ts", 1e6 * at_s, 3);
+    json_open(json, "args", '{');
+    json_fixed(json, "% of a core", 100 * share, 2);
+    json_close(json, '}');
+    json_close(json, '}');
+}
+
+static void put_services(struct json *json, const struct timeline *timeline, double render_s)
+{
+    double end = 0;
+    for (size_t i = 0; i < timeline->service_count; i++) {
+        const struct timeline_service *service = &timeline->services[i];
+        if (service->start_s >= render_s || !(service->end_s > service->start_s)) continue;
+        put_counter(json, service->start_s, service->cpu_s / (service->end_s - service->start_s));
+        end = fmin(service->end_s, render_s);
+    }
+    if (end > 0) put_counter(json, end, 0);
+}
+
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
                     uint32_t count, double render_s, FILE *out)
 {
@@ -237,6 +268,7 @@ void timeline_trace(const struct timeline *timeline, const struct renderer_stats
     json_open(&json, "traceEvents", '[');
     put_label(&json, "process_name", "farm", 0);
     put_rows(&json, timeline, stats, count, render_s);
+    put_services(&json, timeline, render_s);
     json_close(&json, ']');
     json_close(&json, '}');
     fputc('\n', out);

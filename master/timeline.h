@@ -45,11 +45,19 @@ struct timeline_plan {
     unsigned pass;
 };
 
+/* An interval in which rank 0 served: took in results, handed out work, planned passes. */
+struct timeline_service {
+    double start_s, end_s; /* seconds after the start of the render phase */
+    double cpu_s;          /* CPU seconds of serving in it */
+};
+
 struct timeline {
     struct timeline_entry *entries; /* owned */
     size_t count;
     struct timeline_plan *plans; /* in order of time; owned */
     size_t plan_count;
+    struct timeline_service *services; /* in order of time, without gaps; owned */
+    size_t service_count;
     /* CPU seconds of each pixel of the rendered region, rows from the top; owned; NULL: no heat map is wanted. To be
      * added to by whoever knows which pixels of a tile its time was spent on. */
     float *costs;
@@ -81,12 +89,15 @@ void timeline_spread(struct timeline *timeline, const struct tile *tile, double 
 /* Adds a plan, which is later than all that were added before. */
 void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *plan);
 
+/* Adds an interval of serving, which begins where the last one ends. */
+void timeline_add_service(struct timeline *timeline, const struct timeline_service *service);
+
 /*
  * Writes a trace in Chrome's JSON format, to be opened in Perfetto. It has a row for each of `count` renderers,
  * and in it a bar for each entry, with its place and cost. Pauses of 0.1 ms or more up to render_s are bars
  * "waiting", or "planning" if that is the reason. A bar "given up" is what a renderer was working on when the
- * end came, of which only stats tell. stats: those of all renderers, in rank order. Errors are left to
- * ferror(out).
+ * end came, of which only stats tell. A counter shows how much of a core serving has taken. stats: those of all
+ * renderers, in rank order. Errors are left to ferror(out).
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
                     uint32_t count, double render_s, FILE *out);

@@ -139,6 +139,27 @@ static void test_trace_of_what_was_given_up(void **state)
     timeline_free(&timeline);
 }
 
+/* What rank 0's serving takes is a counter, which is 0 from the end of rendering on. */
+static void test_trace_of_serving(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}};
+    timeline_add_service(&timeline, &(struct timeline_service){0, 0.25, 0.0625});
+    timeline_add_service(&timeline, &(struct timeline_service){0.25, 0.75, 0.005});
+    timeline_add_service(&timeline, &(struct timeline_service){0.75, 1.25, 0});
+    timeline_add_service(&timeline, &(struct timeline_service){1.25, 1.5, 0.25});
+    char *text = trace_of(&timeline, stats, 1, 1);
+    assert_has(text, "{\"name\": \"rank 0 serves\", \"ph\": \"C\", \"pid\": 0, \"tid\": 0, "
+                     "\"ts\": 0.000, \"args\": {\"% of a core\": 25.00}}");
+    assert_has(text, "\"ts\": 250000.000, \"args\": {\"% of a core\": 1.00}}");
+    assert_has(text, "\"ts\": 750000.000, \"args\": {\"% of a core\": 0.00}}");
+    assert_has(text, "\"ts\": 1000000.000, \"args\": {\"% of a core\": 0.00}}");
+    assert_int_equal(count_of(text, "\"ph\": \"C\""), 4);
+    free(text);
+    timeline_free(&timeline);
+}
+
 /* However long a renderer says that it was busy, that bar does not cover those of its tiles. */
 static void test_trace_of_more_than_all(void **state)
 {
@@ -463,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_trace_of_passes),
         cmocka_unit_test(test_trace_of_what_was_given_up),
         cmocka_unit_test(test_trace_of_more_than_all),
+        cmocka_unit_test(test_trace_of_serving),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heat_colors),
         cmocka_unit_test(test_heatmap),

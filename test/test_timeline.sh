@@ -25,6 +25,14 @@ for n in 0 3; do
     done
 done
 
+# What serving takes is noted every 0.05 s, and at the end.
+serving() {
+    run 0 farm_n 2 "$SCENE" image.width=60 image.height=45 farm.master_renders=no output.image=a.png \
+        output.trace=t.json && [ "$(rows t.json)" -eq 1 ] &&
+        [ "$(grep -c '"name": "rank 0 serves", "ph": "C"' t.json)" -ge 2 ]
+}
+check "the trace tells of a rank 0 that only serves" serving
+
 # The trace must have the samples of all passes, and bars for planning. Renderers that still do useless work have
 # shorter such bars.
 passes() { # N
