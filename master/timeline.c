@@ -168,33 +168,45 @@ static void open_bar(struct json *json, const char *what, double from, double to
     put_span(json, from, to - from);
 }
 
-/* Draws a pause. plan: the reason; NULL: the renderer waited for something else. */
-static void put_pause(struct json *json, double from, double to, uint32_t rank,
-                      const struct timeline_plan *plan)
+/* What a renderer waited for that was not planning. */
+#define FOR_WORK "work"
+#define FOR_PASS "end of the pass"
+#define FOR_END  "end of the run"
+
+static void put_wait(struct json *json, double from, double to, uint32_t rank, const char *reason)
 {
     if (to - from < PAUSE_SHOWN) return;
-    open_bar(json, plan ? "planning" : "waiting", from, to, rank);
-    if (plan) {
-        json_open(json, "args", '{');
-        json_count(json, "pass", plan->pass);
-        json_close(json, '}');
-    }
+    open_bar(json, "waiting", from, to, rank);
+    json_open(json, "args", '{');
+    json_string(json, "for", reason);
+    json_close(json, '}');
     json_close(json, '}');
 }
 
-/* Draws the pauses between the end of a bar and the start of the next one. */
+static void put_plan(struct json *json, double from, double to, uint32_t rank, unsigned pass)
+{
+    if (to - from < PAUSE_SHOWN) return;
+    open_bar(json, "planning", from, to, rank);
+    json_open(json, "args", '{');
+    json_count(json, "pass", pass);
+    json_close(json, '}');
+    json_close(json, '}');
+}
+
+/* Draws the pauses between the end of a bar and the start of the next one, or the end of the run. A renderer that had
+ * nothing to do when a pass was planned had waited for others to finish the last one. */
 static void put_gap(struct json *json, const struct timeline *timeline, double from, double to,
-                    uint32_t rank)
+                    uint32_t rank, const char *reason)
 {
     for (size_t i = 0; i < timeline->plan_count; i++) {
         const struct timeline_plan *plan = &timeline->plans[i];
         double begin = fmax(plan->start_s, from), end = fmin(plan->end_s, to);
         if (begin >= end) continue;
-        put_pause(json, from, begin, rank, NULL);
-        put_pause(json, begin, end, rank, plan);
+        put_wait(json, from, begin, rank, FOR_PASS);
+        put_plan(json, begin, end, rank, plan->pass);
         from = end;
     }
-    put_pause(json, from, to, rank, NULL);
+    put_wait(json, from, to, rank, reason);
 }
 
 /* What a renderer was working on when it was told to stop is not in any message. But the renderer was busy for
@@ -205,7 +217,7 @@ static double put_given_up(struct json *json, const struct timeline *timeline,
 {
     double end = stats->finish_s, begin = fmax(free_since, end - (stats->busy_s - bars_s));
     if (end - begin < PAUSE_SHOWN) return free_since;
-    put_gap(json, timeline, free_since, begin, stats->rank);
+    put_gap(json, timeline, free_since, begin, stats->rank, FOR_WORK);
     open_bar(json, "given up", begin, end, stats->rank);
     json_close(json, '}');
     return end;
@@ -224,13 +236,13 @@ static void put_rows(struct json *json, const struct timeline *timeline,
             double end = fmin(entry->start_s + (double)entry->busy_s, render_s);
             /* In vain, after the end of the render phase. */
             if (entry->start_s >= render_s) continue;
-            put_gap(json, timeline, free_since, entry->start_s, stats[i].rank);
+            put_gap(json, timeline, free_since, entry->start_s, stats[i].rank, FOR_WORK);
             put_entry(json, entry, end, stats[i].rank);
             free_since = end;
             bars_s += end - entry->start_s;
         }
         free_since = put_given_up(json, timeline, &stats[i], bars_s, free_since);
-        put_gap(json, timeline, free_since, render_s, stats[i].rank);
+        put_gap(json, timeline, free_since, render_s, stats[i].rank, FOR_END);
     }
     free(rows);
 }

@@ -95,9 +95,9 @@ void timeline_add_service(struct timeline *timeline, const struct timeline_servi
 /*
  * Writes a trace in Chrome's JSON format, to be opened in Perfetto. It has a row for each of `count` renderers,
  * and in it a bar for each entry, with its place and cost. Pauses of 0.1 ms or more up to render_s are bars
- * "waiting", or "planning" if that is the reason. A bar "given up" is what a renderer was working on when the
- * end came, of which only stats tell. A counter shows how much of a core serving has taken. stats: those of all
- * renderers, in rank order. Errors are left to ferror(out).
+ * "waiting", which say what for, or "planning" if that is the reason. A bar "given up" is what a renderer was
+ * working on when the end came, of which only stats tell. A counter shows how much of a core serving has taken.
+ * stats: those of all renderers, in rank order. Errors are left to ferror(out).
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
                     uint32_t count, double render_s, FILE *out);

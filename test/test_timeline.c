@@ -80,7 +80,8 @@ static void test_trace(void **state)
                "\"h\": 4, \"pixels\": 0, \"pass\": 0, \"samples\": 0, \"cpu_us\": 375000.000}}");
     /* Rank 1 from 0.25 to 0.5; nobody at the end: that is below a tenth of a millisecond. */
     assert_int_equal(count_of(text, "\"waiting\", \"ph\""), 1);
-    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000, "
+                     "\"args\": {\"for\": \"work\"}}");
     assert_has(text, "}\n  ]\n}\n");
     free(text);
     timeline_free(&timeline);
@@ -101,7 +102,8 @@ static void test_trace_of_passes(void **state)
     add(&timeline, TIMELINE_TILE, 0, again, 0.75, 0.125);
     char *text = trace_of(&timeline, stats, 2, 1);
     assert_has(text, "\"pixels\": 64, \"pass\": 1, \"samples\": 256, ");
-    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000, "
+                     "\"args\": {\"for\": \"end of the pass\"}}");
     for (int rank = 1; rank <= 2; rank++) {
         char *plan = format_text("\"tid\": %d, \"cat\": \"planning\", \"ts\": 500000.000, "
                                  "\"dur\": 250000.000, \"args\": {\"pass\": 1}}",
@@ -109,7 +111,8 @@ static void test_trace_of_passes(void **state)
         assert_has(text, plan);
         free(plan);
     }
-    assert_has(text, "\"tid\": 2, \"cat\": \"waiting\", \"ts\": 750000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 2, \"cat\": \"waiting\", \"ts\": 750000.000, \"dur\": 250000.000, "
+                     "\"args\": {\"for\": \"end of the run\"}}");
     assert_int_equal(count_of(text, "\"cat\": \"planning\""), 2);
     assert_int_equal(count_of(text, "\"cat\": \"waiting\""), 2);
     free(text);
@@ -128,11 +131,14 @@ static void test_trace_of_what_was_given_up(void **state)
     add(&timeline, TIMELINE_TILE, 1, square(4, 0, 4), 0, 0.125);
     timeline_add_plan(&timeline, &(struct timeline_plan){0.5, 0.625, 1});
     char *text = trace_of(&timeline, stats, 2, 1);
-    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000, "
+                     "\"args\": {\"for\": \"end of the pass\"}}");
     assert_has(text, "\"tid\": 0, \"cat\": \"planning\", \"ts\": 500000.000, \"dur\": 125000.000,");
-    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 125000.000}");
+    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 125000.000, "
+                     "\"args\": {\"for\": \"work\"}}");
     assert_has(text, "\"tid\": 0, \"cat\": \"given up\", \"ts\": 750000.000, \"dur\": 250000.000}");
-    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 375000.000}");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 375000.000, "
+                     "\"args\": {\"for\": \"end of the run\"}}");
     assert_int_equal(count_of(text, "given up\", \"ph\""), 1);
     assert_int_equal(count_of(text, "\"cat\": \"waiting\""), 4); /* rank 0: not at the end */
     free(text);
@@ -224,7 +230,8 @@ static void test_trace_of_nothing(void **state)
     const struct timeline none = {0};
     const struct renderer_stats stats[] = {{.rank = 0, .host = "a"}};
     char *text = trace_of(&none, stats, 1, 2);
-    assert_has(text, "\"ts\": 0.000, \"dur\": 2000000.000}");
+    assert_has(text, "\"ts\": 0.000, \"dur\": 2000000.000, "
+                     "\"args\": {\"for\": \"end of the run\"}}");
     free(text);
     text = trace_of(&none, stats, 0, 2);
     assert_has(text, "\"args\": {\"name\": \"farm\"}}\n  ]\n}\n");
