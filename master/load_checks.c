@@ -66,11 +66,10 @@ static bool region_good(const struct loader *loader, const char *config)
     if (!region[2]) return true;
     if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
         region[1] >= s->image.height || region[3] > s->image.height - region[1])
-        return refuse_setting(loader, config, "image", "region",
-                              "region = %u %u %u %u reaches out of the picture, expected a part "
-                              "of %u x %u pixels",
-                              region[0], region[1], region[2], region[3], s->image.width,
-                              s->image.height);
+        return refuse_setting(
+            loader, config, "image", "region",
+            "the region reaches out of the picture, expected a part of %u x %u pixels",
+            s->image.width, s->image.height);
     return true;
 }
 

@@ -251,6 +251,9 @@ journal() { # what a run refuses --check does, too, with the same word
 check "--check tries the journal, too" journal
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
 check "which --check alone does not mind" run 0 "$FARM" --check everything.ini farm.master_renders=no
+check "a region as an argument, which is not repeated" wrong 0 \
+    '^image.region=600 0 100 100: the region reaches out of the picture, expected a part of 640 x 480 pixels$' \
+    everything.ini image.width=640 image.height=480 'image.region=600 0 100 100'
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
 
