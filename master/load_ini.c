@@ -68,6 +68,22 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     return false;
 }
 
+/* Whether it begins or ends like text within quotes, which other languages need and INI files do not have. */
+static bool is_quoted(const char *file)
+{
+    return *file && (strchr("\"'", *file) || strchr("\"'", file[strlen(file) - 1]));
+}
+
+static bool refuse_mesh_name(const struct reading *at, const char *file)
+{
+    char *why = *file ? format_text("the name of a mesh has to end with .obj%s%s",
+                                    is_quoted(file) ? ", without quotes" : "", comment_hint(file))
+                      : copy_text("no file is named, expected an OBJ file");
+    refuse_section_key(at, "file", why);
+    free(why);
+    return false;
+}
+
 static bool load_mesh(const struct reading *at, void *data)
 {
     struct mesh_section *s = data;
@@ -75,13 +91,7 @@ static bool load_mesh(const struct reading *at, void *data)
     struct mesh mesh = {.placement = placement_compose(&at->part->placement, &own),
                         .crease = ini_entry(at->section, "smooth") ? s->crease : CREASE_OF_FILE};
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
-    if (!path_has_extension(s->file, ".obj")) {
-        char *why = format_text("the name of a mesh has to end with .obj, without quotes%s",
-                                comment_hint(s->file));
-        refuse_section_key(at, "file", why);
-        free(why);
-        return false;
-    }
+    if (!path_has_extension(s->file, ".obj")) return refuse_mesh_name(at, s->file);
     struct named_file named;
     if (!find_file(at, s->file, &named)) return false;
     mesh.path = named.path;

@@ -220,8 +220,8 @@ static void test_bad_values(void **state)
             "scene.ini:1: [triangle]: two corners are too far apart, expected finite distances");
     refused(
         state, "[mesh]\nfile = a.obj # a mesh\n",
-        "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes; a comment "
-        "behind a value begins with ' ;'");
+        "scene.ini:2: [mesh]: the name of a mesh has to end with .obj; a comment behind a value "
+        "begins with ' ;'");
     refused(state, "[include]\nfile = part.ini # leaves\n",
             "scene.ini:2: [include]: cannot open part.ini # leaves: No such file or directory; a "
             "comment behind a value begins with ' ;'");
@@ -502,7 +502,11 @@ static void test_include_mistakes(void **state)
     refused(state, "[include]\nfile = x.obj\n",
             "scene.ini:2: [include]: an OBJ file is no part to include, expected a [mesh] for it");
     refused(state, "[mesh]\nfile = x.stl\n",
+            "scene.ini:2: [mesh]: the name of a mesh has to end with .obj");
+    refused(state, "[mesh]\nfile = \"x.obj\"\n",
             "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes");
+    refused(state, "[mesh]\nfile =\n",
+            "scene.ini:2: [mesh]: no file is named, expected an OBJ file");
     for (int i = 0; i < 20; i++) {
         char name[32], text[64];
         snprintf(name, sizeof name, "deep%d.ini", i);
