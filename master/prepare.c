@@ -1,5 +1,6 @@
 /* The start of a run on rank 0: loads the scene, makes the queue, tests the outputs and opens the journal. */
 #include <stdlib.h>
+#include <sys/stat.h>
 
 #include "common/clock.h"
 #include "common/cores.h"
@@ -75,12 +76,21 @@ static bool make_queue(struct run *run, const struct view *view)
     return false;
 }
 
+/* A folder is refused with the words that it is for other outputs. A link is not followed: journals are never behind
+ * links. */
+static bool journal_possible(const char *path)
+{
+    struct stat old;
+    bool is_folder = lstat(path, &old) == 0 && S_ISDIR(old.st_mode);
+    return is_folder ? output_writable(path, "output.journal") : journal_writable(path);
+}
+
 static bool outputs_writable(const struct settings *settings)
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
     if (*settings->output.error && !output_writable(settings->output.error, "output.error"))
         return false;
-    if (*settings->output.journal && !journal_writable(settings->output.journal)) return false;
+    if (*settings->output.journal && !journal_possible(settings->output.journal)) return false;
     if (!timeline_writable(settings)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }

@@ -242,6 +242,7 @@ journal() { # what a run refuses --check does, too, with the same word
         --check everything.ini output.journal=/nonexistent/a.journal || return 1
     for place in link.journal folder.journal null.journal /dev/null; do
         said="^$place: is no regular file, choose another place"
+        [ $place = folder.journal ] && said="^$place: is a folder, expected a file name in output.journal=FILE"
         wrong 0 "$said" --check everything.ini output.journal=$place &&
             wrong 0 "$said" everything.ini output.journal=$place || return 1
     done
