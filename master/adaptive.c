@@ -168,7 +168,35 @@ bool adaptive_is_met(struct adaptive *adaptive)
            adaptive->statistics.unsampled == 0 && meets_target(adaptive, pass_error(adaptive));
 }
 
+uint32_t adaptive_max_samples(const struct adaptive *adaptive)
+{
+    const struct levels *levels = &adaptive->statistics.levels;
+    return (uint32_t)levels->samples[levels->last];
+}
+
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
+{
+    return adaptive_forecast_with(adaptive, rmse, power, adaptive_max_samples(adaptive));
+}
+
+/* The seconds beyond those so far in which a run with these levels leaves this share of the squares. */
+static double seconds_to(struct adaptive *adaptive, double share, uint32_t max_samples)
+{
+    struct statistics statistics = adaptive->statistics;
+    struct effort effort = adaptive->effort;
+    levels_extend(&statistics.levels, max_samples);
+    effort_set_levels(&effort, &statistics.levels);
+    struct candidates candidates = {&statistics, &adaptive->errors, &effort, adaptive->pool};
+    struct allocation *allocation = refine_allocation(&candidates);
+    double limit = allocation_limit(allocation, share * allocation_squares(allocation));
+    allocation_destroy(allocation);
+    if (!(limit > 0)) return HUGE_VAL;
+    return refine_effort(&candidates, limit) * effort_seconds_per_unit(&effort) -
+           effort_later_seconds(&effort);
+}
+
+double adaptive_forecast_with(struct adaptive *adaptive, double rmse, double power,
+                              uint32_t max_samples)
 {
     const struct error_totals *totals = pixel_errors_expect(&adaptive->errors, adaptive->pool);
     uint64_t pixels = totals->pixels;
@@ -179,14 +207,7 @@ double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
     if (!(exponent > 0)) return (double)NAN;
     double squares = pixel_errors_breakdown(&adaptive->errors).sum.squares;
     double share = pow(rmse * rmse * (double)pixels / squares, 1 / exponent);
-    if (share >= 1) return 0;
-    struct candidates candidates = candidates_of(adaptive);
-    struct allocation *allocation = refine_allocation(&candidates);
-    double limit = allocation_limit(allocation, share * allocation_squares(allocation));
-    allocation_destroy(allocation);
-    if (!(limit > 0)) return HUGE_VAL;
-    return refine_effort(&candidates, limit) * effort_seconds_per_unit(&adaptive->effort) -
-           effort_later_seconds(&adaptive->effort);
+    return share < 1 ? seconds_to(adaptive, share, max_samples) : 0;
 }
 
 /* ---- what is asked of it ---- */

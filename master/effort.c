@@ -16,6 +16,11 @@
 void effort_init(struct effort *effort, const struct levels *levels)
 {
     *effort = (struct effort){.on_first = {0, 0}};
+    effort_set_levels(effort, levels);
+}
+
+void effort_set_levels(struct effort *effort, const struct levels *levels)
+{
     for (uint32_t to = 1; to <= LEVEL_MAX; to++)
         for (uint32_t from = 0; from < to; from++)
             effort->of_levels[from][to] =

@@ -22,6 +22,9 @@ struct effort {
 /* Nothing is spent yet. */
 void effort_init(struct effort *effort, const struct levels *levels);
 
+/* Sets the effort between levels that have been extended; what is spent stays. */
+void effort_set_levels(struct effort *effort, const struct levels *levels);
+
 /* Effort of a pixel's samples from a level to a higher one, at one ray per sample. */
 static inline double effort_between(const struct effort *effort, uint32_t from, uint32_t to)
 {

@@ -13,6 +13,7 @@ struct error_forecast {
     double slope, slope_spread; /* slope_spread: standard deviation of slope */
     double samples;             /* of each pixel, to reach the goal; 0: not the same for all */
     double scatter;             /* least uncertainty of the forecast, in seconds of rendering */
+    uint32_t max_samples;       /* if it is beyond: those that it takes; 0: not known */
 };
 
 /* Whether the forecast has a number of samples that can be asked for. */

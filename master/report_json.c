@@ -257,6 +257,11 @@ static void put_sampling(struct json *json, const struct report *report)
     json_string(json, "ended", ends[report->ended]);
     json_count(json, "unsampled_pixels", report->unsampled);
     json_number(json, "guessed_rmse", report->guessed_rmse);
+    if (report->forecast.beyond) {
+        json_number(json, "beyond_rmse", report->forecast.goal);
+        if (report->forecast.max_samples > 0)
+            json_count(json, "enough_samples", report->forecast.max_samples);
+    }
     json_close(json, '}');
 }
 

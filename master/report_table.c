@@ -166,9 +166,12 @@ static struct figure bound_figure(double bound)
     return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
-static void put_beyond(struct table *table, double goal, uint32_t most_samples)
+static void put_beyond(struct table *table, const struct error_forecast *forecast,
+                       uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text, most_samples);
+    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(forecast->goal).text,
+         most_samples);
+    if (forecast->max_samples > 0) flow(table, "%u would be enough", forecast->max_samples);
     end_flow(table);
 }
 
@@ -178,7 +181,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
                          uint32_t most_samples, double elapsed_s)
 {
     if (forecast->beyond) {
-        put_beyond(table, forecast->goal, most_samples);
+        put_beyond(table, forecast, most_samples);
         return;
     }
     if (!forecast->known) {

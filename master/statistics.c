@@ -6,14 +6,28 @@
 
 #include "common/message.h"
 
+static void set_level(struct levels *levels, uint32_t level, double samples)
+{
+    levels->samples[level] = samples;
+    levels->power[level] = samples * sqrt(samples);
+}
+
 void levels_init(struct levels *levels, const struct view *view)
 {
-    for (uint32_t level = 0; level <= LEVEL_MAX; level++) {
-        double samples = level_samples(view, level);
-        levels->samples[level] = samples;
-        levels->power[level] = samples * sqrt(samples);
-    }
+    for (uint32_t level = 0; level <= LEVEL_MAX; level++)
+        set_level(levels, level, level_samples(view, level));
     levels->last = level_last(view);
+}
+
+void levels_extend(struct levels *levels, uint32_t max_samples)
+{
+    double samples = levels->samples[levels->last];
+    while (samples < max_samples && levels->last < LEVEL_MAX) {
+        samples = fmin(2 * samples, max_samples);
+        set_level(levels, ++levels->last, samples);
+    }
+    for (uint32_t level = levels->last + 1; level <= LEVEL_MAX; level++)
+        set_level(levels, level, samples);
 }
 
 double own_error(const float *difference)

@@ -17,6 +17,9 @@ struct levels {
 
 void levels_init(struct levels *levels, const struct view *view);
 
+/* Adds levels, each with twice as many samples, up to this maximum. */
+void levels_extend(struct levels *levels, uint32_t max_samples);
+
 /* The share of a squared error that remains when a pixel goes from one level to another one. */
 static inline double levels_left(const struct levels *levels, uint32_t from, uint32_t to)
 {

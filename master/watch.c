@@ -135,13 +135,36 @@ static double first_power(const struct watch *watch, double goal)
  * 480. */
 #define TARGET_REACHED 0.88
 
+/* The further seconds of a run that has this goal as its target; HUGE_VAL: it needs a larger max_samples. */
+static double seconds_to(const struct watch *watch, double goal, uint32_t max_samples)
+{
+    double power = first_power(watch, goal);
+    return adaptive_forecast_with(watch->adaptive, TARGET_REACHED * goal, power, max_samples);
+}
+
 /* The forecast of a run that has this goal as its target. */
 static struct error_forecast forecast_to(const struct watch *watch, const struct error_point *now,
                                          double goal)
 {
-    double power = first_power(watch, goal);
-    return error_forecast_to(now, goal,
-                             adaptive_forecast(watch->adaptive, TARGET_REACHED * goal, power));
+    uint32_t max_samples = adaptive_max_samples(watch->adaptive);
+    return error_forecast_to(now, goal, seconds_to(watch, goal, max_samples));
+}
+
+/* Half of the error is beyond max_samples. Tells of the target, if it was missed, or else of that half. No seconds are
+ * foretold for a larger max_samples: in 12 cases they were 0.3 to 1.4 times what such a run took. But in all of 17
+ * cases the max_samples that is found reached the goal, and half of it did not. */
+static struct error_forecast forecast_beyond(const struct watch *watch,
+                                             const struct error_point *now)
+{
+    double target = adaptive_target(watch->adaptive);
+    double goal = target > 0 && target < now->rmse ? target : now->rmse / 2;
+    struct error_forecast forecast = forecast_to(watch, now, goal);
+    uint32_t most = adaptive_max_samples(watch->adaptive);
+    while (forecast.beyond && forecast.max_samples == 0 && most <= SAMPLES_MAX / 2) {
+        most *= 2;
+        if (seconds_to(watch, goal, most) < HUGE_VAL) forecast.max_samples = most;
+    }
+    return forecast;
 }
 
 /* The round goal may need more than the most samples per pixel; half of the error may not. */
@@ -152,7 +175,8 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
     if (!error_point(&look.breakdown, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     struct error_forecast forecast = forecast_to(watch, &now, forecast_goal(now.rmse));
-    return forecast.beyond ? forecast_to(watch, &now, now.rmse / 2) : forecast;
+    if (forecast.beyond) forecast = forecast_to(watch, &now, now.rmse / 2);
+    return forecast.beyond ? forecast_beyond(watch, &now) : forecast;
 }
 
 /* Forecasts CPU seconds of rendering, which other programs do not lengthen, and scales them to wall seconds of

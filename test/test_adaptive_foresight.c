@@ -72,6 +72,8 @@ static void test_seconds_are_foreseen(void **state)
     view.max_samples = 8;
     run(&coarse, ball, &view, 0.006, 32, false);
     assert_true(adaptive_forecast(coarse.adaptive, 1e-5, 1.5) == HUGE_VAL);
+    assert_true(adaptive_forecast_with(coarse.adaptive, 1e-3, 1.5, 8) == HUGE_VAL);
+    assert_true(adaptive_forecast_with(coarse.adaptive, 1e-3, 1.5, 4096) < HUGE_VAL);
     drop(&coarse);
 }
 

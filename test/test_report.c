@@ -120,7 +120,8 @@ static void test_json_whole(void **state)
     report.time.build = 0.27;
     report.time.probe = 0.033;
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 65, 0};
+    report.forecast =
+        (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 65, 0, 0};
     report.min_samples = 6;
     report.max_samples = 260;
     report.unsampled = 19;
@@ -290,7 +291,8 @@ static void test_json_without_extras(void **state)
     assert_has(text, "\"forecast\": null");
     assert_null(strstr(text, "\"heatmap\""));
     free(text);
-    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 0, 0};
+    report.forecast =
+        (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 0, 0, 0};
     text = report_json(&report);
     assert_has(text, "\"forecast\": {");
     assert_null(strstr(text, "\"samples\":"));

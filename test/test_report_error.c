@@ -43,6 +43,14 @@ static void test_table_no_forecast(void **state)
     assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error = 0.0001 is met\n");
     free(text);
+    report.forecast.max_samples = 256;
+    text = table_text(&report, 80);
+    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64, 256 would be enough\n");
+    free(text);
+    text = report_json(&report);
+    assert_has(text, "\"beyond_rmse\": 4.9e-05,\n    \"enough_samples\": 256\n");
+    assert_has(text, "\"forecast\": null");
+    free(text);
     report.forecast = (struct error_forecast){.known = false};
     text = table_text(&report, 80);
     assert_has(text,
@@ -91,7 +99,7 @@ static void test_table_steep_forecast(void **state)
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
     report.forecast =
-        (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06};
+        (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06, 0};
     char *text = table_text(&report, 80), *json = report_json(&report);
     assert_has(text, "\n0.00004 would take about 2.41 s (2.4 to 2.47)\n");
     assert_has(json, "\"slope\": -351.1,");
@@ -119,7 +127,7 @@ static void test_table_error(void **state)
     struct error_row row;
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
-    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0};
+    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0, 0};
     assert_table_has(&report, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                               "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
                               "  slope -0.50 +- 0.00\n");
@@ -175,7 +183,7 @@ static void test_table_error_of_two_runs(void **state)
     struct error_row row;
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
-    report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0};
+    report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0, 0};
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.resumed.cpu_s = 20;
