@@ -28,12 +28,21 @@ static void named_file_free(struct named_file *named)
     free(named->root);
 }
 
+/* Whether it begins or ends like text within quotes, which other languages need and INI files do not have. */
+static bool is_quoted(const char *file)
+{
+    return *file && (strchr("\"'", *file) || strchr("\"'", file[strlen(file) - 1]));
+}
+
 /* Text that says why the file cannot be opened, and also if it would lie outside of the root; the caller frees it. */
 static char *why_not_open(const struct reading *at, const struct ini_entry *entry, const char *file,
                           const struct named_file *named)
 {
     const struct part *part = at->part;
-    const char *reason = strerror(errno), *hint = entry->line ? comment_hint(file) : "";
+    const char *reason = strerror(errno);
+    const char *hint = !entry->line      ? ""
+                       : is_quoted(file) ? "; a name stands without quotes"
+                                         : comment_hint(file);
     bool may = !entry->line || part->loader->reach == REACH_ANYWHERE ||
                path_would_be_within(named->path, part->root);
     if (may) return format_text("cannot open %s: %s%s", named->path, reason, hint);
@@ -66,12 +75,6 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     free(why);
     named_file_free(named);
     return false;
-}
-
-/* Whether it begins or ends like text within quotes, which other languages need and INI files do not have. */
-static bool is_quoted(const char *file)
-{
-    return *file && (strchr("\"'", *file) || strchr("\"'", file[strlen(file) - 1]));
 }
 
 static bool refuse_mesh_name(const struct reading *at, const char *file)

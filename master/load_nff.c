@@ -403,8 +403,13 @@ static void offer_background(struct nff *nff)
 
 static bool read_all(struct nff *nff)
 {
-    while (scan_next_line(&nff->scan))
+    bool any = false;
+    for (; scan_next_line(&nff->scan); any = true)
         if (!read_statement(nff)) return false;
+    if (!any) { /* it has been truncated or never written */
+        user_error(nff->path, 0, "has no statements, expected at least one");
+        return false;
+    }
     faces_warn_of_flat(&nff->faces, nff->path);
     if (!add_lights(nff) || !offer_view(nff)) return false;
     offer_background(nff);

@@ -53,6 +53,9 @@ bool resolve_material(const struct reading *at, const struct object *object, uin
         return true;
     }
     if (find_material(at->part, object->material, index)) return true;
+    if (!*object->material)
+        return refuse_section_key(at, "material",
+                                  "no material is named, expected the name of a [material]");
     struct nearest_name search = {.name = object->material};
     try_materials(at->part, &search);
     char *hint = nearest_name_hint(&search);

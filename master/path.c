@@ -159,6 +159,12 @@ bool path_is_written_in_place(const char *path)
     return path_stream(path) >= 0 || path_is_device(path);
 }
 
+bool path_is_folder(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 bool path_is_device(const char *path)
 {
     struct stat status;

@@ -46,6 +46,8 @@ bool path_has_extension(const char *path, const char *extension);
  * -1: none. Output is appended there, be it a terminal, a pipe or a file. */
 int path_stream(const char *path);
 
+bool path_is_folder(const char *path);
+
 /* Whether path is something other than a regular file or a folder, such as a FIFO. */
 bool path_is_device(const char *path);
 

@@ -58,9 +58,12 @@ static bool nothing_missing(const struct ini *ini, const struct ini_section *sec
 {
     for (size_t i = 0; i < count; i++) {
         if (!keys[i].required || ini_entry(section, keys[i].name)) continue;
+        /* What a text is to be, only its help tells. */
+        bool told = keys[i].type == VALUE_TEXT && keys[i].help;
         char *title = section_title(section), *expected = key_expected(&keys[i]);
         user_error(ini->file, section->line, "%s has no %s, expected %s%s%s", title, keys[i].name,
-                   expected, keys[i].help ? ": " : "", keys[i].help ? keys[i].help : "");
+                   told ? "" : expected, !told && keys[i].help ? ": " : "",
+                   keys[i].help ? keys[i].help : "");
         free(title);
         free(expected);
         return false;

@@ -100,6 +100,10 @@ bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas
         user_error(path, 0, "is not a regular file, expected one");
         return false;
     }
+    if (path_is_folder(path)) {
+        user_error(path, 0, "is a folder, expected a colour PFM");
+        return false;
+    }
     FILE *file = fopen(path, "rb");
     if (!file) {
         user_error(path, 0, "cannot be opened: %s", strerror(errno));

@@ -221,6 +221,7 @@ refused() { # TEXT OVERRIDE...
     run 2 farm_n 0 "$SCENE" output.image=no.png "$@" && [ "$(lines "$err")" -eq 1 ] &&
         case $err in *"$text"*) ! [ -e no.png ] ;; *) echo "# $err"; return 1 ;; esac
 }
+check "a folder as reference" refused ".: is a folder, expected a colour PFM" sampling.samples=4 sampling.reference=.
 check "samples beside a target" refused "samples is not used" sampling.target_error=0.1 sampling.samples=4
 check "samples beside a limit" refused "samples is not used" sampling.time_limit=1 sampling.samples=4
 printf '[sampling]\nsamples = 4\n[sphere a]\ncenter = 0 0 0\nradius = 1\n[light a]\nposition = 0 9 9\n' >both.ini

@@ -507,6 +507,12 @@ static void test_include_mistakes(void **state)
             "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes");
     refused(state, "[mesh]\nfile =\n",
             "scene.ini:2: [mesh]: no file is named, expected an OBJ file");
+    refused(state, "[mesh]\n", "scene.ini:1: [mesh] has no file, expected an OBJ file");
+    refused(state, "[include]\nfile = \"none.ini\"\n",
+            "scene.ini:2: [include]: cannot open \"none.ini\": No such file or directory; a name "
+            "stands without quotes");
+    refused(state, "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial =\n",
+            "scene.ini:4: [sphere]: no material is named, expected the name of a [material]");
     for (int i = 0; i < 20; i++) {
         char name[32], text[64];
         snprintf(name, sizeof name, "deep%d.ini", i);

@@ -290,6 +290,8 @@ static void test_mistakes(void **state)
     /* An index of 0 is replaced only where nothing is transmitted. */
     refused(state, "f 1 1 1 1 0 1 0.5 0\n",
             "scene.nff:1: ior is out of range, expected a finite number > 0");
+    refused(state, "", "scene.nff: has no statements, expected at least one");
+    refused(state, "# a comment\n\n", "scene.nff: has no statements, expected at least one");
     refused(state, "s 1 2 3\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 4 5\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 1e999\n",
