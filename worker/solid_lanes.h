@@ -183,19 +183,6 @@ static INLINED struct ways_out ways_out_of_rays(const struct scene *scene, uint3
     return sphere_ways_out(&sphere, rays);
 }
 
-/* Replaces the first crossings of those rays that start on the solid. */
-static INLINED void first_way_out(struct first_crossing_lanes *first, lane_set leaving,
-                                  const struct ways_out *ways)
-{
-    lane_set inward = leaving & ways->inward;
-    first->decided = (first->decided & ~leaving) | inward;
-    first->on_side = (first->on_side & ~leaving) | inward;
-    first->on_base &= ~leaving;
-    first->on_apex &= ~leaving;
-    first->from = lanes_choose(inward, ways->low, first->from);
-    first->to = lanes_choose(inward, ways->high, first->to);
-}
-
 static INLINED struct plane_span_one plane_span_of_one(const struct scene *scene, uint32_t id,
                                                        const struct ray_one *ray)
 {
