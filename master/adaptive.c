@@ -174,11 +174,6 @@ uint32_t adaptive_max_samples(const struct adaptive *adaptive)
     return (uint32_t)levels->samples[levels->last];
 }
 
-double adaptive_forecast(struct adaptive *adaptive, double rmse, double power)
-{
-    return adaptive_forecast_with(adaptive, rmse, power, adaptive_max_samples(adaptive));
-}
-
 /* The seconds beyond those so far in which a run with these levels leaves this share of the squares. */
 static double seconds_to(struct adaptive *adaptive, double share, uint32_t max_samples)
 {
@@ -195,8 +190,7 @@ static double seconds_to(struct adaptive *adaptive, double share, uint32_t max_s
            effort_later_seconds(&effort);
 }
 
-double adaptive_forecast_with(struct adaptive *adaptive, double rmse, double power,
-                              uint32_t max_samples)
+double adaptive_forecast(struct adaptive *adaptive, double rmse, double power, uint32_t max_samples)
 {
     const struct error_totals *totals = pixel_errors_expect(&adaptive->errors, adaptive->pool);
     uint64_t pixels = totals->pixels;

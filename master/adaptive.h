@@ -168,14 +168,11 @@ double adaptive_first_seconds(const struct adaptive *adaptive);
  * for. Returns how many seconds of rendering it takes beyond those taken so far; below 0 where it is quicker than this
  * run has been by so much. Its samples are taken to be as effective as passes so far were compared with their promises,
  * and as quick. power: the exponent with which the squared error goes down with samples, used until a pass after the
- * first has been compared with its promise. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels
- * without samples. Passes are not changed.
+ * first has been compared with its promise. max_samples: of that run, at least those of this one. HUGE_VAL: they are
+ * too few. NaN: unknown, as while there are pixels without samples. Passes are not changed.
  */
-double adaptive_forecast(struct adaptive *adaptive, double rmse, double power);
-
-/* The same for a run with another max_samples, which is at least that of this run. */
-double adaptive_forecast_with(struct adaptive *adaptive, double rmse, double power,
-                              uint32_t max_samples);
+double adaptive_forecast(struct adaptive *adaptive, double rmse, double power,
+                         uint32_t max_samples);
 
 /* The max_samples of this run. */
 uint32_t adaptive_max_samples(const struct adaptive *adaptive);

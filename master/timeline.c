@@ -173,24 +173,33 @@ static void open_bar(struct json *json, const char *what, double from, double to
 #define FOR_PASS "end of the pass"
 #define FOR_END  "end of the run"
 
-static void put_wait(struct json *json, double from, double to, uint32_t rank, const char *reason)
+/* Begins a bar with arguments; false: the pause is too short to be shown. */
+static bool open_pause(struct json *json, const char *what, double from, double to, uint32_t rank)
 {
-    if (to - from < PAUSE_SHOWN) return;
-    open_bar(json, "waiting", from, to, rank);
+    if (to - from < PAUSE_SHOWN) return false;
+    open_bar(json, what, from, to, rank);
     json_open(json, "args", '{');
-    json_string(json, "for", reason);
+    return true;
+}
+
+static void close_pause(struct json *json)
+{
     json_close(json, '}');
     json_close(json, '}');
 }
 
+static void put_wait(struct json *json, double from, double to, uint32_t rank, const char *reason)
+{
+    if (!open_pause(json, "waiting", from, to, rank)) return;
+    json_string(json, "for", reason);
+    close_pause(json);
+}
+
 static void put_plan(struct json *json, double from, double to, uint32_t rank, unsigned pass)
 {
-    if (to - from < PAUSE_SHOWN) return;
-    open_bar(json, "planning", from, to, rank);
-    json_open(json, "args", '{');
+    if (!open_pause(json, "planning", from, to, rank)) return;
     json_count(json, "pass", pass);
-    json_close(json, '}');
-    json_close(json, '}');
+    close_pause(json);
 }
 
 /* Draws the pauses between the end of a bar and the start of the next one, or the end of the run. A renderer that had

@@ -139,7 +139,7 @@ static double first_power(const struct watch *watch, double goal)
 static double seconds_to(const struct watch *watch, double goal, uint32_t max_samples)
 {
     double power = first_power(watch, goal);
-    return adaptive_forecast_with(watch->adaptive, TARGET_REACHED * goal, power, max_samples);
+    return adaptive_forecast(watch->adaptive, TARGET_REACHED * goal, power, max_samples);
 }
 
 /* The forecast of a run that has this goal as its target. */

@@ -1,10 +1,11 @@
-/* The view of tests of adaptive sampling. */
+/* The view of tests of adaptive sampling, and forecasts with its most samples. */
 #ifndef FARM_TEST_ADAPTIVE_VIEW_FIXTURE_H
 #define FARM_TEST_ADAPTIVE_VIEW_FIXTURE_H
 
 #include <stdint.h>
 
 #include "common/scene.h"
+#include "master/adaptive.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
 
@@ -17,6 +18,11 @@ static inline struct view view_of(uint32_t min_samples, uint32_t max_samples)
                          .region_h = EDGE,
                          .min_samples = min_samples,
                          .max_samples = max_samples};
+}
+
+static inline double forecast_of(struct adaptive *adaptive, double rmse, double power)
+{
+    return adaptive_forecast(adaptive, rmse, power, adaptive_max_samples(adaptive));
 }
 
 #endif

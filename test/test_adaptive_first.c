@@ -65,7 +65,7 @@ static void test_cut_off(void **state)
     check_lattice(cut.adaptive, 3);
     assert_false(adaptive_is_complete(cut.adaptive));
     render_pass(cut.adaptive, &view, ball, 32, false);
-    assert_true(isnan(adaptive_forecast(cut.adaptive, 1e-4, 1.5)));
+    assert_true(isnan(forecast_of(cut.adaptive, 1e-4, 1.5)));
     assert_true(
         adaptive_plan(cut.adaptive, 0.2 * needed)); /* half of all less the eighth is too much */
     check_lattice(cut.adaptive, 2);
@@ -74,7 +74,7 @@ static void test_cut_off(void **state)
     check_lattice(cut.adaptive, 0);
     render_pass(cut.adaptive, &view, ball, 32, false);
     assert_int_equal(adaptive_unsampled(cut.adaptive), 0);
-    assert_true(adaptive_is_first(cut.adaptive) && adaptive_forecast(cut.adaptive, 1e-4, 1.5) > 0);
+    assert_true(adaptive_is_first(cut.adaptive) && forecast_of(cut.adaptive, 1e-4, 1.5) > 0);
     assert_memory_equal(cut.canvas.rgb, whole.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(adaptive_plan(whole.adaptive, HUGE_VAL) && adaptive_plan(cut.adaptive, HUGE_VAL));
     adaptive_refinements(whole.adaptive, &everything, expected);

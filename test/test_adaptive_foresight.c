@@ -25,12 +25,12 @@ static double foresight(scene_function *f, double goal, double finer_goal, doubl
     run(&fine, f, &view, finer_goal, 32, false);
     run(&coarse, f, &view, goal, 32, false);
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
-    double foreseen = before + adaptive_forecast(coarse.adaptive, fine.estimated, 1.5);
+    double foreseen = before + forecast_of(coarse.adaptive, fine.estimated, 1.5);
     assert_true(before < part * took);
     /* The power that is passed in counts only as long as no later pass has told another one. */
-    double told = before + adaptive_forecast(coarse.adaptive, fine.estimated, 2);
+    double told = before + forecast_of(coarse.adaptive, fine.estimated, 2);
     assert_true(fabs(told / foreseen - 1) < 1e-12);
-    assert_true(adaptive_forecast(coarse.adaptive, 1, 1.5) == 0);
+    assert_true(forecast_of(coarse.adaptive, 1, 1.5) == 0);
     drop(&fine);
     drop(&coarse);
     return foreseen / took;
@@ -65,15 +65,15 @@ static void test_seconds_are_foreseen(void **state)
     struct result first, coarse;
     run(&first, balls, &view, 1, 32, false);
     assert_true(first.passes == 1);
-    assert_true(adaptive_forecast(first.adaptive, 0.02, 2) <
-                0.9 * adaptive_forecast(first.adaptive, 0.02, 1.5));
+    assert_true(forecast_of(first.adaptive, 0.02, 2) <
+                0.9 * forecast_of(first.adaptive, 0.02, 1.5));
     drop(&first);
     /* So few samples are not enough for this error. */
     view.max_samples = 8;
     run(&coarse, ball, &view, 0.006, 32, false);
-    assert_true(adaptive_forecast(coarse.adaptive, 1e-5, 1.5) == HUGE_VAL);
-    assert_true(adaptive_forecast_with(coarse.adaptive, 1e-3, 1.5, 8) == HUGE_VAL);
-    assert_true(adaptive_forecast_with(coarse.adaptive, 1e-3, 1.5, 4096) < HUGE_VAL);
+    assert_true(forecast_of(coarse.adaptive, 1e-5, 1.5) == HUGE_VAL);
+    assert_true(adaptive_forecast(coarse.adaptive, 1e-3, 1.5, 8) == HUGE_VAL);
+    assert_true(adaptive_forecast(coarse.adaptive, 1e-3, 1.5, 4096) < HUGE_VAL);
     drop(&coarse);
 }
 
@@ -89,7 +89,7 @@ static void follow_even(struct adaptive *adaptive, double error)
 /* The seconds that are predicted to 0.6 of this error, for which all samples are doubled. */
 static double foresee_doubling(struct adaptive *adaptive, double error)
 {
-    return adaptive_forecast(adaptive, 0.6 * error, 1.5);
+    return forecast_of(adaptive, 0.6 * error, 1.5);
 }
 
 /* After pass 0, as many samples again are predicted to take 1.26 times as long. Once later passes are in, what they
@@ -150,10 +150,10 @@ static void test_asked_again(void **state)
     assert_true(adaptive_is_met(adaptive)); /* nobody has asked for another pass yet */
     assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
-        foreseen[i] = adaptive_forecast(adaptive, 2e-4 * (i + 1), 1.5);
+        foreseen[i] = forecast_of(adaptive, 2e-4 * (i + 1), 1.5);
     assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
-        assert_true(adaptive_forecast(adaptive, 2e-4 * (i + 1), 1.5) == foreseen[i]);
+        assert_true(forecast_of(adaptive, 2e-4 * (i + 1), 1.5) == foreseen[i]);
     assert_int_equal(adaptive_passes(adaptive), 2);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
@@ -175,7 +175,7 @@ static void test_agreement_by_chance(void **state)
     put(adaptive, all, sent, 1);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     put(adaptive, all, sent, 1);
-    double foreseen = adaptive_forecast(adaptive, 0.002, 1.5);
+    double foreseen = forecast_of(adaptive, 0.002, 1.5);
     assert_true(foreseen > 0 && foreseen < HUGE_VAL);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);

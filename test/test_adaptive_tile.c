@@ -22,7 +22,7 @@ static void test_part_of_a_pass(void **state)
     put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
     (void)adaptive_errors(adaptive, &pixels, &samples);
     assert_true(pixels == 12 * HIGH && samples == 4 * pixels);
-    assert_true(isnan(adaptive_forecast(adaptive, 1, 1.5)));
+    assert_true(isnan(forecast_of(adaptive, 1, 1.5)));
     struct tile half_new = columns(8, 8);
     struct adaptive_work work = adaptive_work(adaptive, &half_new);
     assert_int_equal(adaptive_pixels(adaptive, &half_new), 8 * HIGH);
