@@ -39,4 +39,26 @@ uninstalls() {
         [ "$(find "$T/root" ! -type d)" = "$T/root/usr/share/other" ] && [ ! -e "$T/root/usr/share/farm" ]
 }
 check "make uninstall removes what make install has put there, and nothing else" uninstalls
+anchors() { # PAGE: what GitHub makes of its headings
+    awk '/^```/ { code = !code }
+        !code && sub(/^#+ +/, "") {
+            $0 = tolower($0); gsub(/[^a-z0-9 _-]/, ""); gsub(/ /, "-")
+            print $0 (seen[$0]++ ? "-" seen[$0] - 1 : "")
+        }' "$1"
+}
+links_lead() {
+    wrong=0
+    for page in *.md */*.md; do
+        for link in $(grep -oE '\]\([^) ]+\)' "$page" | sed 's/^](//; s/)$//' | grep -vE '^https?:'); do
+            target=$page
+            case $link in '#'*) ;; *) target=$(dirname "$page")/${link%%#*} ;; esac
+            case $link in
+            *'#'*) anchors "$target" | grep -Fqx -e "${link#*#}" ;;
+            *) [ -e "$target" ] ;;
+            esac || { echo "$page: $link leads nowhere"; wrong=1; }
+        done
+    done
+    return $wrong
+}
+check "every link of a page leads to a file or a heading" links_lead
 finish
