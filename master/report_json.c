@@ -1,4 +1,4 @@
-/* Writes the report of a run as JSON (report_json() of report.h); README.md describes its keys. */
+/* Writes the report of a run as JSON (report_json() of report.h); master/README.md describes its keys. */
 #include <math.h>
 
 #include "common/scene.h"
