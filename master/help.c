@@ -89,7 +89,7 @@ static void print_usage(FILE *out, int columns)
     };
     fputs("farm: one picture, ray-traced by as many processors as you have\n"
           "\n"
-          "usage: [mpiexec -n N] farm [OPTION] CONFIG [SECTION.KEY=VALUE ...]\n"
+          "usage: [mpiexec -n N] farm [OPTION ...] CONFIG [SECTION.KEY=VALUE ...]\n"
           "\n",
           out);
     print_row(out, columns, "CONFIG", KEY_INDENT,

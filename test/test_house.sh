@@ -46,6 +46,16 @@ anchors() { # PAGE: what GitHub makes of its headings
             print $0 (seen[$0]++ ? "-" seen[$0] - 1 : "")
         }' "$1"
 }
+files_exist() { # those that pages name
+    wrong=0
+    for file in $(grep -ohE '`(common|master|worker|config|bench|test)/[A-Za-z0-9_./]+\.[a-z]+`' *.md */*.md | tr -d '`'); do
+        case $file in bench/out/*) continue ;; esac # what benches write
+        [ -e "$file" ] || { echo "$file does not exist"; wrong=1; }
+    done
+    return $wrong
+}
+check "every file that a page names is there" files_exist
+check "no line of a page's text is longer than 120 characters" none '^[^|].{120}' *.md */*.md
 links_lead() {
     wrong=0
     for page in *.md */*.md; do
