@@ -48,7 +48,8 @@ anchors() { # PAGE: what GitHub makes of its headings
 }
 files_exist() { # those that pages name
     wrong=0
-    for file in $(grep -ohE '`(common|master|worker|config|bench|test)/[A-Za-z0-9_./]+\.[a-z]+`' *.md */*.md | tr -d '`'); do
+    for file in $(grep -ohE '`(common|master|worker|config|bench|test)/[A-Za-z0-9_./]+\.[a-z]+`' *.md */*.md |
+        tr -d '`'); do
         case $file in bench/out/*) continue ;; esac # what benches write
         [ -e "$file" ] || { echo "$file does not exist"; wrong=1; }
     done
