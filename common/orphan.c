@@ -1,8 +1,14 @@
 #include "common/orphan.h"
 
+#include <errno.h>
+#include <string.h>
 #include <unistd.h>
 
+#include "common/clock.h"
 #include "common/message.h"
+
+/* Seconds between two looks for the parent. */
+#define LOOK_EVERY 1.0
 
 static pid_t parent; /* 0: not known */
 
@@ -15,4 +21,18 @@ void orphan_leave(double silence, double patience)
 {
     if (silence <= patience || parent == 0 || getppid() == parent) return;
     fatal("nothing has come for %.0f s, and what had started this rank is gone", silence);
+}
+
+/* Counts looks instead of reading the clock: while the process is suspended, nothing can come. */
+void orphan_wait(sem_t *posted, double patience)
+{
+    double silence = 0;
+    for (;;) {
+        struct timespec until = clock_span(clock_wall() + LOOK_EVERY);
+        if (sem_clockwait(posted, CLOCK_MONOTONIC, &until) == 0) return;
+        if (errno == EINTR) continue;
+        if (errno != ETIMEDOUT) fatal("cannot wait for another process: %s", strerror(errno));
+        silence += LOOK_EVERY;
+        orphan_leave(silence, patience);
+    }
 }

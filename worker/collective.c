@@ -5,9 +5,6 @@
 #include "common/nap.h"
 #include "common/orphan.h"
 
-/* Seconds after which a rank that is left alone no longer waits: as many as all ranks have to start. */
-#define ALONE_PATIENCE 300
-
 void wait_request(MPI_Request *request)
 {
     struct nap nap = {0};
@@ -15,7 +12,7 @@ void wait_request(MPI_Request *request)
     for (;;) {
         MPI_Test(request, &done, MPI_STATUS_IGNORE);
         if (done) return;
-        orphan_leave(nap.waited, ALONE_PATIENCE);
+        orphan_leave(nap.waited, ORPHAN_PATIENCE);
         nap_take(&nap);
     }
 }

@@ -11,6 +11,7 @@
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
+#include "common/orphan.h"
 #include "common/processor.h"
 #include "common/segment.h"
 #include "common/tray.h"
@@ -229,19 +230,13 @@ static void build(struct node_scene *shared)
         sem_post(&shared->head->built);
 }
 
-static void wait_until_built(struct node_scene *shared)
-{
-    while (sem_wait(&shared->head->built) != 0)
-        if (errno != EINTR) fatal("cannot wait for the BVH: %s", strerror(errno));
-}
-
 void share_bvh(struct node_scene *shared)
 {
     double start = clock_wall();
     if (shared->leads)
         build(shared);
     else
-        wait_until_built(shared);
+        orphan_wait(&shared->head->built, ORPHAN_PATIENCE);
     shared->build_s = clock_wall() - start;
 }
 

@@ -254,7 +254,7 @@ static void leave_if_orphaned(struct worker *worker)
         heard ? 0 : worker->silence_s + fmin(now - worker->looked_at, SLEEP_LONGEST);
     worker->heard = worker->received;
     worker->looked_at = now;
-    if (worker->started) orphan_leave(worker->silence_s, worker->patience);
+    orphan_leave(worker->silence_s, worker->started ? worker->patience : ORPHAN_PATIENCE);
 }
 
 /* Waits until there may be something to receive. */
