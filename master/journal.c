@@ -42,7 +42,8 @@ struct journal {
     size_t room;
     bool told_failure;
     bool unsynced;
-    double next_sync; /* on clock_wall() */
+    bool folder_synced; /* since the file came into it */
+    double next_sync;   /* on clock_wall() */
     struct journal_found found;
     /* Where it was before it was moved; stays open, and so locked. NULL: it was not moved. */
     char *original; /* owned */
@@ -211,11 +212,14 @@ double journal_sync_pause(double cost)
     return fmax(SYNC_EVERY, cost / JOURNAL_SYNC_SHARE);
 }
 
+/* Without the folder, the death of the machine may take away the name of a new journal, and so all records. */
 static void sync_now(struct journal *journal)
 {
     if (!journal->unsynced) return;
     if (fdatasync(journal->file) != 0) tell_failure(journal, errno);
     journal->unsynced = false;
+    if (!journal->folder_synced) sync_folder(journal->path);
+    journal->folder_synced = true;
 }
 
 void journal_tick(struct journal *journal, double now)
@@ -500,6 +504,8 @@ bool journal_move(struct journal *journal, const char *path, uint64_t more)
         close(file);
         return false;
     }
+    sync_folder(path);
+    journal->folder_synced = true;
     leave_file(journal);
     journal->file = file;
     journal->path = copy_text(path);

@@ -128,11 +128,9 @@ static void output_check(struct output *output, int failed)
     if (failed && !output->error) output->error = errno ? errno : EIO;
 }
 
-/* Makes a rename durable: without this, the death of the machine may bring the old name back. Some file systems
- * cannot do it; the file itself is written in any case. */
-static void sync_folder(const char *target)
+void sync_folder(const char *path)
 {
-    char *folder = path_directory(target);
+    char *folder = path_directory(path);
     int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor >= 0) {
         fsync(descriptor);
