@@ -32,6 +32,12 @@ struct ini {
     size_t count;
 };
 
+/* A line of a file; the name is valid as long as the struct ini is. */
+struct ini_place {
+    const char *file;
+    long line; /* 0 for an argument */
+};
+
 /*
  * Reads a file and checks its form, not the meaning of sections and keys. A key that is twice in a section, or two
  * sections of the same kind and name, are errors. false after reporting why.

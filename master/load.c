@@ -44,6 +44,14 @@ char *root_of(const char *path)
     return root;
 }
 
+char *why_placed(const char *why, const struct placed *placed)
+{
+    const struct ini_place *at = &placed->place;
+    if (!placed->key) return copy_text(why);
+    if (at->line == 0) return format_text("%s (after %s of %s)", why, placed->key, at->file);
+    return format_text("%s (after %s of %s:%ld)", why, placed->key, at->file, at->line);
+}
+
 void loader_free(struct loader *loader)
 {
     for (size_t i = 0; i < loader->path_count; i++)

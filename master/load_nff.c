@@ -61,7 +61,11 @@ static bool refuse(const struct nff *nff, const char *text)
 /* Reports an error that the builder has returned in `why`. Returns whether there was none (NULL). */
 static bool accept(const struct nff *nff, const char *why)
 {
-    return !why || refuse(nff, why);
+    if (!why) return true;
+    char *text = why_placed(why, &nff->part->placed);
+    refuse(nff, text);
+    free(text);
+    return false;
 }
 
 /* Called after the numbers of a statement have been read. Returns whether they were good and nothing else is on the

@@ -68,7 +68,11 @@ static bool refuse(const struct obj *obj, const char *text)
 
 static bool accept(const struct obj *obj, const char *why)
 {
-    return !why || refuse(obj, why);
+    if (!why) return true;
+    char *text = why_placed(why, &obj->mesh->placed);
+    refuse(obj, text);
+    free(text);
+    return false;
 }
 
 /* ---- vertices and normals ---- */

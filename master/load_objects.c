@@ -41,7 +41,11 @@ static bool refuse_object(const struct reading *at, const char *why)
 
 bool accept_object(const struct reading *at, const char *why)
 {
-    return !why || refuse_object(at, why);
+    if (!why) return true;
+    char *text = why_placed(why, &at->part->placed);
+    refuse_object(at, text);
+    free(text);
+    return false;
 }
 
 /* ---- materials ---- */

@@ -66,6 +66,12 @@ struct named_material {
     uint32_t index;
 };
 
+/* The key of a section that places a part or a mesh, and where it is set; key NULL: there is none. */
+struct placed {
+    const char *key;
+    struct ini_place place;
+};
+
 struct part {
     struct loader *loader;
     const struct part *outer; /* NULL: CONFIG itself */
@@ -73,9 +79,13 @@ struct part {
     char *real_path;          /* resolved, to recognise a file that includes itself; owned */
     char *root;               /* resolved folder that files it names have to lie in; owned */
     struct placement placement;
+    struct placed placed;
     struct named_material *materials; /* sorted by name; owned */
     size_t material_count;
 };
+
+/* Why an object is refused, with the key that places it, as the object's own file may be right. The caller frees it. */
+char *why_placed(const char *why, const struct placed *placed);
 
 /* Whether a part or mesh with this root (as of struct part) may read the file. */
 bool may_read(const struct loader *loader, const char *path, const char *root);
@@ -140,6 +150,7 @@ struct mesh {
     const char *path;
     const char *root; /* as of struct part */
     struct placement placement;
+    struct placed placed;
     uint32_t material; /* of faces for which the file names none that is known */
     double crease;     /* degrees; 0: flat, whatever the file says; < 0: the file's normals alone */
 };

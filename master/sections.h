@@ -28,12 +28,6 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 bool read_section(const struct ini *ini, const struct ini_section *section, const struct key *keys,
                   size_t count, void *base);
 
-/* A line of a file; the name is valid as long as the struct ini is. */
-struct ini_place {
-    const char *file;
-    long line;
-};
-
 /* Where the entry of a key stands in the section, or the section itself when the key is not set. */
 struct ini_place ini_place_of(const struct ini *ini, const struct ini_section *section,
                               const char *key);

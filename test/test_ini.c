@@ -415,6 +415,27 @@ static void test_nested_placement(void **state)
     free(scene);
 }
 
+/* A value that becomes infinite or zero by its placement: the message names the place of that, too. */
+static void test_placed_too_far(void **state)
+{
+    scratch_write("part.ini", "[sphere ball]\ncenter = 1e200 0 0\nradius = 1e-200\n");
+    scratch_write("part.nff", "s 1e200 0 0 1\n");
+    scratch_write("mesh.obj", "v 0 0 0\nv 1e200 0 0\nv 0 1 0\nf 1 2 3\n");
+    scratch_write("outer.ini", "[include]\nfile = part.ini\n");
+    refused(state, "[include]\nfile = part.ini\nscale = 1e200\n",
+            "part.ini:1: [sphere ball]: the center is not finite, expected three finite numbers "
+            "(after scale of scene.ini:3)");
+    refused(state, "[include]\nscale = 1e-200\nfile = outer.ini\n",
+            "part.ini:1: [sphere ball]: the radius is out of range, expected a finite number > 0 "
+            "(after scale of scene.ini:2)");
+    refused(state, "[include]\nfile = part.nff\nscale = 1e200\n",
+            "part.nff:1: the center is not finite, expected three finite numbers (after scale of "
+            "scene.ini:3)");
+    refused(state, "[mesh]\nfile = mesh.obj\nscale = 1e200\n",
+            "mesh.obj:2: a corner is not finite, expected three finite numbers (after scale of "
+            "scene.ini:3)");
+}
+
 static void test_placed_kinds(void **state)
 {
     scratch_write("part.ini",
@@ -531,6 +552,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_placed_kinds),
+        cmocka_unit_test(test_placed_too_far),
         cmocka_unit_test(test_form),
         cmocka_unit_test(test_form_mistakes),
         cmocka_unit_test(test_limits),
