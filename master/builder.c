@@ -244,6 +244,11 @@ uint64_t builder_primitive_count(const struct builder *builder)
     return count;
 }
 
+const void *builder_items(const struct builder *builder, enum primitive_kind kind)
+{
+    return builder->primitives[kind].items;
+}
+
 uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind)
 {
     return (uint32_t)builder->primitives[kind].count;
@@ -254,101 +259,6 @@ struct coincidences builder_coincidences(const struct builder *builder, enum pri
     const struct list *list = &builder->primitives[kind];
     return find_coincidences(kind, list->items, list->count, builder->vertices.items,
                              builder->vertices.count, builder->materials.items);
-}
-
-/* Support function of a disc around its centre; normal: unit. */
-static double disc_support(struct vec3 normal, double radius, struct vec3 direction)
-{
-    double along = vec_dot(normal, direction);
-    return radius * sqrt(fmax(0, vec_dot(direction, direction) - along * along));
-}
-
-static double corners_support(const struct builder *builder, const uint32_t vertex[3],
-                              struct vec3 origin, struct vec3 direction)
-{
-    double most = -HUGE_VAL;
-    for (int i = 0; i < 3; i++) {
-        struct vec3 corner = vec_sub(builder_vertex(builder, vertex[i]), origin);
-        double support = vec_dot(corner, direction);
-        if (support > most)
-            most = support; /* fmax() would be a call, of which large meshes make millions */
-    }
-    return most;
-}
-
-static double cone_support(const struct cone *cone, struct vec3 origin, struct vec3 direction)
-{
-    struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
-    return fmax(vec_dot(vec_sub(cone->base, origin), direction) +
-                    disc_support(axis, cone->base_radius, direction),
-                vec_dot(vec_sub(cone->apex, origin), direction) +
-                    disc_support(axis, cone->apex_radius, direction));
-}
-
-static double box_support(const struct box *box, struct vec3 origin, struct vec3 direction)
-{
-    struct vec3 corner = {direction.x > 0 ? box->max.x : box->min.x,
-                          direction.y > 0 ? box->max.y : box->min.y,
-                          direction.z > 0 ? box->max.z : box->min.z};
-    return vec_dot(vec_sub(corner, origin), direction);
-}
-
-static double primitive_support(const struct builder *builder, enum primitive_kind kind,
-                                const void *item, struct vec3 origin, struct vec3 direction)
-{
-    const struct sphere *sphere = item;
-    const struct disc *disc = item;
-    switch (kind) {
-    case PRIMITIVE_TRIANGLE:
-        return corners_support(builder, ((const struct triangle *)item)->vertex, origin, direction);
-    case PRIMITIVE_PATCH:
-        return corners_support(builder, ((const struct patch *)item)->vertex, origin, direction);
-    case PRIMITIVE_SPHERE:
-        return vec_dot(vec_sub(sphere->center, origin), direction) +
-               sphere->radius * vec_length(direction);
-    case PRIMITIVE_BOX:
-        return box_support(item, origin, direction);
-    case PRIMITIVE_DISC:
-        return vec_dot(vec_sub(disc->center, origin), direction) +
-               disc_support(disc->normal, disc->radius, direction);
-    case PRIMITIVE_CONE:
-        return cone_support(item, origin, direction);
-    case PRIMITIVE_PLANE:
-    case PRIMITIVE_KINDS:
-        break;
-    }
-    return -HUGE_VAL;
-}
-
-bool builder_support(const struct builder *builder, struct vec3 origin, unsigned count,
-                     const struct vec3 *directions, double *support)
-{
-    uint64_t found = 0;
-    for (unsigned k = 0; k < count; k++)
-        support[k] = -HUGE_VAL;
-    for (int kind = 0; kind < PRIMITIVE_PLANE; kind++) {
-        const struct list *list = &builder->primitives[kind];
-        size_t size = primitive_size((enum primitive_kind)kind);
-        found += list->count;
-        for (uint64_t i = 0; i < list->count; i++)
-            for (unsigned k = 0; k < count; k++)
-                support[k] =
-                    fmax(support[k], primitive_support(builder, (enum primitive_kind)kind,
-                                                       (const char *)list->items + i * size, origin,
-                                                       directions[k]));
-    }
-    return found > 0;
-}
-
-bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max)
-{
-    static const struct vec3 sides[6] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
-                                         {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
-    double support[6];
-    bool any = builder_support(builder, vec3(0, 0, 0), 6, sides, support);
-    *max = vec3(support[0], support[1], support[2]);
-    *min = vec3(-support[3], -support[4], -support[5]);
-    return any;
 }
 
 /* ---- the block ---- */

@@ -41,26 +41,13 @@ uint32_t builder_light_count(const struct builder *builder);
 /* Number of primitives of all kinds. */
 uint64_t builder_primitive_count(const struct builder *builder);
 
-/* Number of primitives of one kind. */
+/* Number of primitives of one kind, and an array of them, valid until the next one is added. */
 uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind);
+const void *builder_items(const struct builder *builder, enum primitive_kind kind);
 
 /* Coincident primitives of one kind that transmit light (master/duplicates.h), by their numbers in the order in which
  * they were added. */
 struct coincidences builder_coincidences(const struct builder *builder, enum primitive_kind kind);
-
-/*
- * The support function of all primitives but planes, relative to origin: for each of `count` directions the maximum of
- * (point - origin) . direction, into support. false when there are none. Infinite where a primitive is as large as
- * doubles go.
- */
-bool builder_support(const struct builder *builder, struct vec3 origin, unsigned count,
-                     const struct vec3 *directions, double *support);
-
-/*
- * The axis-aligned box around all primitives but planes; false when there are none. Corners may be infinite where a
- * primitive is as large as doubles go.
- */
-bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max);
 
 /*
  * Returns the finished block; the caller frees it. It has no materials that nothing uses; with VARIANT_AUTO it has

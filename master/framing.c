@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "master/outline.h"
 #include "master/view.h"
 
 /* The ratio of the picture's width to that of the scene in it: a twentieth stays free on either side. */
@@ -42,7 +43,7 @@ static struct vec3 three_quarter_view(struct vec3 up)
 
 /* The scene, and the direction that it is seen from. */
 struct subject {
-    const struct builder *builder;
+    const struct outline *outline;
     struct vec3 middle, back;
     bool is_aimed_at; /* look_at is set: the eye looks at `middle` */
 };
@@ -63,7 +64,7 @@ static struct span span_of(const struct subject *subject, struct vec3 axis, doub
     double support[2];
     const struct vec3 sides[2] = {vec_add_scaled(axis, subject->back, slope),
                                   vec_add_scaled(vec_scale(axis, -1), subject->back, slope)};
-    if (!builder_support(subject->builder, subject->middle, 2, sides, support))
+    if (!outline_support(subject->outline, subject->middle, 2, sides, support))
         return (struct span){0, 1};
     if (subject->is_aimed_at) return (struct span){0, fmax(support[0], support[1])};
     return (struct span){(support[0] - support[1]) / 2, support[0] / 2 + support[1] / 2};
@@ -73,7 +74,7 @@ static struct span span_of(const struct subject *subject, struct vec3 axis, doub
 static double front_of(const struct subject *subject)
 {
     double support = 0;
-    builder_support(subject->builder, subject->middle, 1, &subject->back, &support);
+    outline_support(subject->outline, subject->middle, 1, &subject->back, &support);
     return support;
 }
 
@@ -157,19 +158,27 @@ static void place_camera(const struct subject *subject, const struct frame *fram
     settings->camera.eye = vec_add_scaled(*look_at, frame->back, distance);
 }
 
-void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
-                 bool has_look_at)
+static void frame_outline(const struct outline *outline, struct settings *settings, bool has_eye,
+                          bool has_look_at)
 {
-    if (has_eye && has_look_at) return;
     struct vec3 min, max;
-    bool any = builder_bounds(builder, &min, &max);
+    bool any = outline_bounds(outline, &min, &max);
     struct vec3 middle = any ? vec_add(vec_scale(min, 0.5), vec_scale(max, 0.5)) : vec3(0, 0, 0);
     if (!has_look_at) settings->camera.look_at = middle;
     if (has_eye) return;
     struct vec3 up = upward(settings);
     struct frame frame = frame_of(three_quarter_view(up), up);
-    struct subject subject = {builder, settings->camera.look_at, frame.back, has_look_at};
+    struct subject subject = {outline, settings->camera.look_at, frame.back, has_look_at};
     place_camera(&subject, &frame, settings);
+}
+
+void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
+                 bool has_look_at)
+{
+    if (has_eye && has_look_at) return;
+    struct outline *outline = outline_create(builder);
+    frame_outline(outline, settings, has_eye, has_look_at);
+    outline_destroy(outline);
 }
 
 void shoulder_lights(const struct settings *settings, struct light lights[2])

@@ -9,6 +9,7 @@
 #include "master/enclosed.h"
 #include "master/journal.h"
 #include "master/late_note.h"
+#include "master/outline.h"
 #include "master/output_file.h"
 #include "master/pass_tiles.h"
 #include "master/run.h"
@@ -118,6 +119,13 @@ struct scene_box {
     bool any;
     struct vec3 min, max;
 };
+
+static void find_box(const struct builder *builder, struct scene_box *box)
+{
+    struct outline *outline = outline_create(builder);
+    box->any = outline_bounds(outline, &box->min, &box->max);
+    outline_destroy(outline);
+}
 
 static void print_corner(const char *before, struct vec3 corner, const char *after)
 {
@@ -258,8 +266,8 @@ int prepare(struct run *run, struct scene **block)
     struct view view = settings_view(&run->job.settings);
     bool checks = run->options.action == ACTION_CHECK;
     struct scene_box box = {.any = false};
-    if (checks) /* before builder_finish() takes the objects over */
-        box.any = builder_bounds(run->job.builder, &box.min, &box.max);
+    if (checks)
+        find_box(run->job.builder, &box); /* before builder_finish() takes the objects over */
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
     if (status < 0 && checks) status = print_check(run, &box);

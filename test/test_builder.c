@@ -11,6 +11,7 @@
 
 #include "master/builder.h"
 #include "master/load.h"
+#include "master/outline.h"
 
 static struct material plain(void)
 {
@@ -180,15 +181,32 @@ static void test_same_input_same_bytes(void **state)
     free(blocks[1]);
 }
 
+static bool bounds_of(const struct builder *builder, struct vec3 *min, struct vec3 *max)
+{
+    struct outline *outline = outline_create(builder);
+    bool any = outline_bounds(outline, min, max);
+    outline_destroy(outline);
+    return any;
+}
+
+static bool support_of(const struct builder *builder, struct vec3 origin,
+                       const struct vec3 directions[3], double support[3])
+{
+    struct outline *outline = outline_create(builder);
+    bool any = outline_support(outline, origin, 3, directions, support);
+    outline_destroy(outline);
+    return any;
+}
+
 static void test_bounds(void **state)
 {
     (void)state;
     struct vec3 min, max;
     struct builder *builder = builder_create();
-    assert_false(builder_bounds(builder, &min, &max));
+    assert_false(bounds_of(builder, &min, &max));
     builder_destroy(builder);
     builder = fill();
-    assert_true(builder_bounds(builder, &min, &max));
+    assert_true(bounds_of(builder, &min, &max));
     assert_true(min.x == -3 && max.x == 7 && min.y == -2 && max.y == 9 && min.z == -2);
     builder_destroy(builder);
 }
@@ -200,15 +218,36 @@ static void test_support(void **state)
     const struct vec3 directions[] = {{2, 0, 0}, {1, 1, 0}, {-1, -1, 0}};
     double support[3];
     struct builder *builder = fill();
-    assert_true(builder_support(builder, vec3(1, 0, 0), 3, directions, support));
+    assert_true(support_of(builder, vec3(1, 0, 0), directions, support));
     assert_true(support[0] == 12 && support[1] == 8 && support[2] == 5);
     builder_destroy(builder);
     builder = builder_create();
     struct disc disc = {
         .normal = {0, 0.6, 0.8}, .radius = 10, .material = add_material(builder, 0)};
     assert_null(builder_add_disc(builder, &disc));
-    assert_true(builder_support(builder, vec3(0, 1, 0), 3, directions, support));
+    assert_true(support_of(builder, vec3(0, 1, 0), directions, support));
     assert_true(support[0] == 20 && fabs(support[1] - (sqrt(164) - 1)) < 1e-12);
+    builder_destroy(builder);
+}
+
+/* Vertices of triangles and patches count, those that nothing uses do not. */
+static void test_bounds_of_mesh(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct vec3 min, max;
+    uint32_t v[5], n, material = add_material(builder, 0);
+    for (int i = 0; i < 5; i++)
+        assert_null(builder_add_vertex(builder, vec3(i, i * i, 1), &v[i]));
+    assert_null(builder_add_normal(builder, vec3(0, 0, 1), &n));
+    assert_false(bounds_of(builder, &min, &max));
+    assert_null(builder_add_triangle(builder, &(struct triangle){{v[1], v[2], v[3]}, material}));
+    assert_true(bounds_of(builder, &min, &max));
+    assert_true(min.x == 1 && max.x == 3 && min.y == 1 && max.y == 9 && min.z == 1 && max.z == 1);
+    assert_null(
+        builder_add_patch(builder, &(struct patch){{v[0], v[1], v[2]}, {n, n, n}, material}));
+    assert_true(bounds_of(builder, &min, &max));
+    assert_true(min.x == 0 && max.x == 3 && min.y == 0 && max.y == 9);
     builder_destroy(builder);
 }
 
@@ -310,6 +349,7 @@ int main(void)
         cmocka_unit_test(test_directions_of_any_length),
         cmocka_unit_test(test_same_input_same_bytes),
         cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_bounds_of_mesh),
         cmocka_unit_test(test_support),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_refused_materials),
