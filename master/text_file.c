@@ -29,8 +29,8 @@ static int open_regular(const char *path, size_t *bytes)
     return -1;
 }
 
-/* Bytes that are read at a time and searched for a NUL: a file that is no text ends the reading before much memory is
- * allocated. */
+/* Bytes that are read at a time and searched for a NUL: a file that is no text ends the reading before it has taken
+ * much memory. */
 #define CHUNK ((size_t)1 << 20)
 
 static long line_of(const char *text, const char *at)
@@ -41,23 +41,12 @@ static long line_of(const char *text, const char *at)
     return line;
 }
 
-/* Makes room for another chunk and a NUL, for at most size bytes in all; returns the size of the chunk. */
-static size_t make_room(struct text_file *file, size_t *room, size_t size)
-{
-    if (file->bytes == *room) {
-        *room = *room ? 2 * *room : CHUNK;
-        if (*room > size) *room = size;
-        file->text = reallocate(file->text, *room + 1, 1);
-    }
-    size_t left = *room - file->bytes;
-    return left < CHUNK ? left : CHUNK;
-}
-
 /* Reads until the end of the file or size bytes. What was read stays in file also after an error. */
 static bool read_open(const char *path, int descriptor, size_t size, struct text_file *file)
 {
-    size_t room = 0, chunk;
-    while ((chunk = make_room(file, &room, size)) > 0) {
+    file->text = allocate_large(size + 1);
+    while (file->bytes < size) {
+        size_t left = size - file->bytes, chunk = left < CHUNK ? left : CHUNK;
         char *end = file->text + file->bytes;
         ssize_t got = read(descriptor, end, chunk);
         if (got < 0 && errno == EINTR) continue;
