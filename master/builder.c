@@ -369,9 +369,13 @@ static struct scene_span reserve(const struct list *list, size_t size, uint64_t 
     return span;
 }
 
+/* The gap behind the items is cleared, so that it always has the same bytes. */
 static void move(struct scene *scene, const struct scene_span *span, struct list *list, size_t size)
 {
-    if (list->count) memcpy((char *)scene + span->offset, list->items, list->count * size);
+    size_t bytes = list->count * size;
+    char *to = (char *)scene + span->offset;
+    if (bytes) memcpy(to, list->items, bytes);
+    memset(to + bytes, 0, round_up_to(bytes, 8) - bytes);
     list_clear(list);
 }
 
@@ -395,8 +399,7 @@ struct scene *builder_finish(struct builder *builder, const struct view *view)
     head.lights = reserve(&builder->lights, sizeof(struct light), &bytes);
     head.bytes = bytes;
 
-    /* Zeroed, so that gaps between spans always have the same bytes. */
-    struct scene *scene = allocate_zeroed(bytes, 1);
+    struct scene *scene = allocate_large(bytes);
     *scene = head;
     move(scene, &head.vertices, &builder->vertices, sizeof(struct vec3));
     move(scene, &head.normals, &builder->normals, sizeof(struct vec3));
