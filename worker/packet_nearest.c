@@ -12,6 +12,7 @@
 #if LANES_IN_SIMD
 
 #include "worker/nearest_walk.h"
+#include "worker/packet_walk.h"
 #include "worker/pinhole.h"
 
 /* A primitive that may be a ray's nearest. */

@@ -9,6 +9,7 @@
 #if LANES_IN_SIMD
 
 #include "worker/occlusion_walk.h"
+#include "worker/packet_walk.h"
 #include "worker/rough_packet.h"
 
 struct occlusion_packet {

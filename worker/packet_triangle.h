@@ -2,8 +2,7 @@
 #ifndef FARM_WORKER_PACKET_TRIANGLE_H
 #define FARM_WORKER_PACKET_TRIANGLE_H
 
-#include "worker/lanes3.h"
-#include "worker/packet_walk.h"
+#include "worker/bundle.h"
 
 /* The triangle relative to each ray, by the filter of triangle_crossings(). */
 struct packet_view {
