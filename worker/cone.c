@@ -2,32 +2,19 @@
  * Intersection of a line with a cone in double-double, and in exact arithmetic where that does not decide.
  *
  * As with the sphere, the line's parameter is counted from t, where the line passes closest to the axis (G = F + t D,
- * G.D about 0). So B^2 - A C keeps its digits for a distant or a very long cone. The exact discriminant is computed
- * from this polynomial of the input:
- *
- *   B^2 - A C = W |d x g|^2 - (W + (r1 - r0)^2) (f.(d x w))^2,   g = r0 w + (r1 - r0) f
- *
- * (write F.D = (f.d) W - (f.w)(d.w) and so on). For a cylinder it is W (r^2 |d x w|^2 - (f.(d x w))^2), which compares
- * the line's distance from the axis with the radius.
+ * G.D about 0). So B^2 - A C keeps its digits for a distant or a very long cone.
  */
 #include "worker/cone.h"
 
 #include <float.h>
 
+#include "worker/cone_exact.h"
 #include "worker/cone_line.h"
 #include "worker/inlined.h"
 
-/* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere, unless they are
- * ordinary: six lengths or directions are multiplied. */
-struct scaled {
-    struct cone cone;
-    struct vec3 origin, direction;
-    int length, speed;
-};
-
-static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
+static struct scaled_cone scaled_of(const struct cone *cone, const struct ray *ray)
 {
-    struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
+    struct scaled_cone it = {*cone, ray->origin, ray->direction, 0, 0};
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(cone_reach(cone, ray->origin), &it.length);
     (void)frexp(vec_largest(ray->direction), &it.speed);
@@ -43,123 +30,31 @@ static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 /* D is no more than its own error up to this share of |d| |w|, and gives no closest approach. */
 #define PARALLEL 0x1p-98
 
-static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3 F, struct dd3 D)
+static double closest_approach(const struct scaled_cone *it, struct dd3 w, struct dd3 F,
+                               struct dd3 D)
 {
     double size = sum_of_sizes(it->direction) * dd3_size(w);
     if (!(dd3_size(D) > PARALLEL * size)) return 0;
     return cone_closest_approach(F, D);
 }
 
-/* The sum, rounded once. A value smaller than 2^-900 is returned as about 2^-900: only its sign counts, and its low
- * word must not underflow. */
-RARE static struct dd rounded_sum(const struct accumulator *sum)
-{
-    int exponent;
-    struct dd value = accumulator_round(sum, &exponent);
-    return dd_ldexp(value, exponent > -900 ? exponent : -900);
-}
-
-/* a x - b y, rounded once. */
-RARE static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
-{
-    struct accumulator minor;
-    accumulator_clear(&minor);
-    accumulator_add_dd(&minor, 1, dd(a), x, dd(1));
-    accumulator_add_dd(&minor, -1, dd(b), y, dd(1));
-    return rounded_sum(&minor);
-}
-
 /* d x w */
-static struct dd3 across_axis(const struct scaled *it, struct dd3 w)
+static struct dd3 across_axis(const struct scaled_cone *it, struct dd3 w)
 {
     struct vec3 d = it->direction;
     struct dd3 D = dd3_cross(dd3_of(d), w);
     if (dd3_size(D) > CONE_STEEP * sum_of_sizes(d) * dd3_size(w)) return D;
-    return (struct dd3){exact_minor(d.y, w.z, d.z, w.y), exact_minor(d.z, w.x, d.x, w.z),
-                        exact_minor(d.x, w.y, d.y, w.x)};
+    return (struct dd3){cone_exact_minor(d.y, w.z, d.z, w.y), cone_exact_minor(d.z, w.x, d.x, w.z),
+                        cone_exact_minor(d.x, w.y, d.y, w.x)};
 }
 
-NOINLINE static struct cone_line line_of(const struct scaled *it, bool from_origin)
+NOINLINE static struct cone_line line_of(const struct scaled_cone *it, bool from_origin)
 {
     struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
     struct dd3 f = exact_difference3(it->origin, it->cone.base);
     struct dd3 F = dd3_cross(f, w), D = across_axis(it, w);
     double t = from_origin ? 0 : closest_approach(it, w, F, D);
     return cone_line_from(&it->cone, it->direction, w, f, F, D, t);
-}
-
-/* ---- polynomials of the input ---- */
-
-/* W */
-RARE static void exact_W(struct accumulator *W, const struct cone_line *line)
-{
-    accumulator_clear(W);
-    for (unsigned i = 0; i < 3; i++)
-        accumulator_add_dd(W, 1, dd3_component(&line->w, i), dd3_component(&line->w, i), dd(1));
-}
-
-/* A = (W |d x w|^2 - (r1 - r0)^2 (d.w)^2) / W, with the numerator rounded once. */
-RARE static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
-{
-    struct accumulator sum, W, D, speed;
-    exact_W(&W, line);
-    accumulator_clear(&sum);
-    accumulator_clear(&speed);
-    for (unsigned i = 0; i < 3; i++) {
-        unsigned j = (i + 1) % 3;
-        struct dd di = dd(vec_component(&it->direction, i)),
-                  dj = dd(vec_component(&it->direction, j));
-        accumulator_clear(&D);
-        accumulator_add_dd(&D, 1, di, dd3_component(&line->w, j), dd(1));
-        accumulator_add_dd(&D, -1, dj, dd3_component(&line->w, i), dd(1));
-        accumulator_add_product(&sum, &W, &D, &D, false);
-        accumulator_add_dd(&speed, 1, line->widening, di, dd3_component(&line->w, i));
-    }
-    accumulator_add_product(&sum, &speed, &speed, NULL, true);
-    return dd_div(rounded_sum(&sum), line->W);
-}
-
-/* f.(d x w) */
-RARE static void exact_volume(struct accumulator *P, const struct scaled *it,
-                              const struct cone_line *line)
-{
-    accumulator_clear(P);
-    for (unsigned i = 0; i < 3; i++) {
-        unsigned j = (i + 1) % 3, k = (i + 2) % 3;
-        struct dd fi = dd3_component(&line->f, i);
-        accumulator_add_dd(P, 1, fi, dd(vec_component(&it->direction, j)),
-                           dd3_component(&line->w, k));
-        accumulator_add_dd(P, -1, fi, dd(vec_component(&it->direction, k)),
-                           dd3_component(&line->w, j));
-    }
-}
-
-/* += sign (r0 w_i + (r1 - r0) f_i) d_j */
-RARE static void add_slanted(struct accumulator *sum, int sign, const struct scaled *it,
-                             const struct cone_line *line, unsigned i, unsigned j)
-{
-    struct dd d = dd(vec_component(&it->direction, j));
-    accumulator_add_dd(sum, sign, dd(it->cone.base_radius), dd3_component(&line->w, i), d);
-    accumulator_add_dd(sum, sign, line->widening, dd3_component(&line->f, i), d);
-}
-
-/* B^2 - A C as in the file header, rounded once. */
-RARE static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
-{
-    struct accumulator sum, W, cross, P;
-    exact_W(&W, line);
-    accumulator_clear(&sum);
-    for (unsigned i = 0; i < 3; i++) {
-        unsigned j = (i + 1) % 3;
-        accumulator_clear(&cross);
-        add_slanted(&cross, 1, it, line, j, i);
-        add_slanted(&cross, -1, it, line, i, j);
-        accumulator_add_product(&sum, &W, &cross, &cross, false);
-    }
-    accumulator_add_dd(&W, 1, line->widening, line->widening, dd(1));
-    exact_volume(&P, it, line);
-    accumulator_add_product(&sum, &W, &P, &P, true);
-    return rounded_sum(&sum);
 }
 
 /* ---- the side ---- */
@@ -206,22 +101,22 @@ static bool is_undecided(double value, double error)
     return fabs(value) <= error;
 }
 
-static void decide_A(const struct scaled *it, struct cone_line *line)
+static void decide_A(const struct scaled_cone *it, struct cone_line *line)
 {
-    if (is_undecided(line->A.high, cone_A_error(line))) line->A = exact_A(it, line);
+    if (is_undecided(line->A.high, cone_A_error(line))) line->A = cone_exact_A(it, line);
 }
 
-static struct dd decided_discriminant(const struct scaled *it, const struct cone_line *line,
+static struct dd decided_discriminant(const struct scaled_cone *it, const struct cone_line *line,
                                       uint64_t *exact)
 {
     double bound;
     struct dd value = cone_discriminant(line, &bound);
     if (!is_undecided(value.high, CONE_LINE_FILTER * bound)) return value;
     ++*exact;
-    return exact_discriminant(it, line);
+    return cone_exact_discriminant(it, line);
 }
 
-static double distances(const struct scaled *it)
+static double distances(const struct scaled_cone *it)
 {
     return cone_distances(&it->cone, it->origin, it->direction);
 }
@@ -233,43 +128,21 @@ static double distances(const struct scaled *it)
  */
 #define SAME_CROSSING 0x1p-88
 
-/* C = (W F.F - (r0 W + (r1 - r0) f.w)^2) / W at the origin, with the numerator rounded once. */
-RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
-{
-    struct accumulator sum, W, F, rho;
-    struct dd r = dd(it->cone.base_radius);
-    exact_W(&W, line);
-    accumulator_clear(&sum);
-    accumulator_clear(&rho);
-    for (unsigned i = 0; i < 3; i++) {
-        unsigned j = (i + 1) % 3;
-        struct dd fi = dd3_component(&line->f, i), wi = dd3_component(&line->w, i);
-        accumulator_clear(&F);
-        accumulator_add_dd(&F, 1, fi, dd3_component(&line->w, j), dd(1));
-        accumulator_add_dd(&F, -1, dd3_component(&line->f, j), wi, dd(1));
-        accumulator_add_product(&sum, &W, &F, &F, false);
-        accumulator_add_dd(&rho, 1, r, wi, wi);
-        accumulator_add_dd(&rho, 1, line->widening, fi, wi);
-    }
-    accumulator_add_product(&sum, &rho, &rho, NULL, true);
-    return dd_div(rounded_sum(&sum), line->W);
-}
-
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
-NOINLINE static void roots_from_origin(const struct scaled *it, const struct cone_line *line,
+NOINLINE static void roots_from_origin(const struct scaled_cone *it, const struct cone_line *line,
                                        struct dd root, struct dd roots[2])
 {
     struct cone_line from = line_of(it, true);
     double S = from.radial;
     double error = 64 * DD_ROUNDOFF * S * S + 2 * S * from.radial_error;
     /* Otherwise the double-double value is correct to 2^-56. */
-    if (fabs(from.C.high) <= 0x1p56 * error) from.C = exact_C(it, line);
+    if (fabs(from.C.high) <= 0x1p56 * error) from.C = cone_exact_C(it, line);
     struct dd q = cone_larger_sum(from.B, root);
     roots[0] = q.high == 0 ? dd(0) : dd_div(from.C, q);
     roots[1] = dd_div(q, line->A);
 }
 
-static struct interval cone_side(const struct scaled *it, uint64_t *exact)
+static struct interval cone_side(const struct scaled_cone *it, uint64_t *exact)
 {
     struct cone_line line = line_of(it, false);
     decide_A(it, &line);
@@ -291,7 +164,7 @@ static struct interval cone_side(const struct scaled *it, uint64_t *exact)
 }
 
 /* The interval of a ray that starts on the side and goes inward: C = 0, so one root is 0, and there is no entry. */
-static struct interval side_from(const struct scaled *it, struct cone_line *line)
+static struct interval side_from(const struct scaled_cone *it, struct cone_line *line)
 {
     decide_A(it, line);
     struct interval side = {{-INFINITE, 0}, {INFINITE, 0}};
@@ -312,7 +185,7 @@ static struct dd ratio(struct dd above, int exponent, struct dd below, int expon
     return dd_ldexp(dd_div(above, below), exponent - exponent_below);
 }
 
-static struct slab cone_slab(const struct scaled *it)
+static struct slab cone_slab(const struct scaled_cone *it)
 {
     int e, e_base, e_apex;
     struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
@@ -335,7 +208,7 @@ static struct slab cone_slab(const struct scaled *it)
  * Whether the ray certainly enters through a cap, ahead of its origin, so that the side need not be intersected. The
  * distance from the axis is |F + t D| / |w|; see CONE_FILTER for its error.
  */
-static bool enters_by_cap(const struct scaled *it, const struct slab *slab)
+static bool enters_by_cap(const struct scaled_cone *it, const struct slab *slab)
 {
     double t = slab->inside.enter.high;
     bool base = slab->enter_part == CONE_BASE_CAP;
@@ -393,7 +266,7 @@ static struct spans open_spans(struct interval side, const struct slab *slab, do
     return found;
 }
 
-static struct spans both_spans(const struct scaled *it, struct interval side,
+static struct spans both_spans(const struct scaled_cone *it, struct interval side,
                                const struct slab *slab)
 {
     double size = distances(it);
@@ -402,7 +275,7 @@ static struct spans both_spans(const struct scaled *it, struct interval side,
 
 /* The exit of a ray that starts on from_part and goes into the cone; no crossing if the ray goes outward or along
  * the surface. If rounding has put the origin beside a solid, the ray leaves it at once. */
-static struct spans way_out(const struct scaled *it, uint32_t from_part)
+static struct spans way_out(const struct scaled_cone *it, uint32_t from_part)
 {
     struct slab slab = cone_slab(it);
     struct interval side;
@@ -425,8 +298,8 @@ static struct spans way_out(const struct scaled *it, uint32_t from_part)
     return found;
 }
 
-static struct spans spans_of(const struct scaled *it, const struct ray *ray, bool leaving, bool any,
-                             uint64_t *exact)
+static struct spans spans_of(const struct scaled_cone *it, const struct ray *ray, bool leaving,
+                             bool any, uint64_t *exact)
 {
     if (leaving) return way_out(it, ray_from_part(ray));
     struct slab slab = cone_slab(it);
@@ -439,7 +312,7 @@ static struct spans spans_of(const struct scaled *it, const struct ray *ray, boo
 FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
                                       bool any, uint64_t *exact)
 {
-    struct scaled it = scaled_of(cone, ray);
+    struct scaled_cone it = scaled_of(cone, ray);
     struct spans spans = spans_of(&it, ray, leaving, any, exact);
     struct crossings found = NO_CROSSINGS;
     for (unsigned i = 0; i < 2; i++) {
@@ -449,7 +322,7 @@ FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray 
     return found;
 }
 
-static struct dd span_at(const struct scaled *it, const struct ray *ray, double rounded,
+static struct dd span_at(const struct scaled_cone *it, const struct ray *ray, double rounded,
                          uint32_t part, bool leaving)
 {
     uint64_t ignored = 0;
@@ -466,7 +339,7 @@ static struct dd span_at(const struct scaled *it, const struct ray *ray, double 
 
 /* The crossing that was rounded to t. An exit was computed as if the origin were exactly on the side. The later root
  * for the rounded origin replaces it, if the ray leaves through the side and both agree within WAY_OUT_ERROR. */
-static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
+static struct dd parameter_at(const struct scaled_cone *it, const struct ray *ray, double t,
                               uint32_t part, bool leaving)
 {
     uint64_t ignored = 0;
@@ -479,14 +352,14 @@ static struct dd parameter_at(const struct scaled *it, const struct ray *ray, do
 FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
                                    uint32_t part, bool leaving)
 {
-    struct scaled it = scaled_of(cone, ray);
+    struct scaled_cone it = scaled_of(cone, ray);
     return dd_ldexp(parameter_at(&it, ray, t, part, leaving), it.length - it.speed);
 }
 
 FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
                                 uint32_t part, bool leaving)
 {
-    struct scaled it = scaled_of(cone, ray);
+    struct scaled_cone it = scaled_of(cone, ray);
     struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, part, leaving));
     struct dd3 p = dd3_add(exact_difference3(it.origin, it.cone.base), step);
     return dd3_ldexp(p, it.length);
