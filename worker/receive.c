@@ -36,8 +36,8 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     if (!tile_message_valid(tile, view->region_w, view->region_h)) return 0;
     if (!tile_is_refined(tile)) return sizeof *tile;
     uint32_t pixels = tile_pixels(tile);
-    struct refinement *refinements = lot->refinements + *refined;
     if (!worker->adaptive || tile_part_bytes(tile) > bytes) return 0;
+    struct refinement *refinements = lot->refinements + *refined;
     memcpy(refinements, part + sizeof *tile, pixels * sizeof *refinements);
     *refined += pixels;
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
