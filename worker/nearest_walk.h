@@ -6,22 +6,23 @@
 #include "worker/order.h"
 #include "worker/probe.h"
 
-/* A solid that the ray certainly meets, but whose crossing is only known to lie in an interval. */
-struct waiting {
+/* A primitive that may be a ray's nearest, and whose crossing is only known to lie in an interval. */
+struct candidate {
     uint32_t id, part;
-    double from, to; /* the interval; to is infinite if it is not known which part is met */
+    double from, to; /* the interval; to is also infinite if it is not known which part is met */
 };
 
-#define WAITING_MAX 6
+/* The most candidates that a ray keeps: for one more, those so far are tested. */
+#define CANDIDATES 6
 
 struct nearest_walk {
     struct probe probe;
     struct known_planes *planes;
     double origin_error; /* part of the error of distances along the ray that its origin causes */
     struct hit hit;
-    double hit_error; /* error of its distance */
-    uint32_t waiting_count;
-    struct waiting waiting[WAITING_MAX];
+    double hit_error;       /* error of its distance */
+    uint32_t waiting_count; /* solids that the ray certainly meets */
+    struct candidate waiting[CANDIDATES];
 };
 
 /* The relation of the surfaces of a crossing and of the hit. Coplanar pairs are cached. */
@@ -142,7 +143,7 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
  * Whether a waiting solid may still be the nearest. `farthest` allows for the errors of both crossings if
  * they are alike; a ray's exit has a larger error.
  */
-static INLINED bool may_precede(const struct nearest_walk *walk, const struct waiting *waiting)
+static INLINED bool may_precede(const struct nearest_walk *walk, const struct candidate *waiting)
 {
     double from = waiting->from;
     if (waiting->id == walk->probe.ray->from)
@@ -179,9 +180,9 @@ static INLINED bool clearly_precedes(const struct nearest_walk *walk, uint32_t i
  */
 static inline bool nearest_is_decided(struct nearest_walk *walk)
 {
-    const struct waiting *only = NULL;
+    const struct candidate *only = NULL;
     for (uint32_t i = 0; i < walk->waiting_count; i++) {
-        const struct waiting *waiting = &walk->waiting[i];
+        const struct candidate *waiting = &walk->waiting[i];
         if (!may_precede(walk, waiting)) continue;
         if (only && waiting->id != only->id) return false;
         only = waiting;
@@ -201,9 +202,9 @@ static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double
                                   bool part_known, uint32_t part)
 {
     struct purpose *purpose = &walk->probe.purpose;
-    if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
+    if (walk->waiting_count == CANDIDATES) nearest_waiting(walk);
     walk->waiting[walk->waiting_count++] =
-        (struct waiting){id, part, from, part_known ? to : INFINITE};
+        (struct candidate){id, part, from, part_known ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
     purpose->farthest = smaller_number(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }

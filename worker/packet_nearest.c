@@ -15,15 +15,6 @@
 #include "worker/packet_walk.h"
 #include "worker/pinhole.h"
 
-/* A primitive that may be a ray's nearest. */
-struct candidate {
-    uint32_t id, part;
-    double from; /* lower bound on its distance */
-    double to;   /* upper bound, as in struct waiting; also infinite if not known */
-};
-
-#define CANDIDATES 6
-
 /*
  * If fewer packets than this meet a leaf, computations for the whole bundle do not pay: with one, primary
  * rays of large meshes (bench-kernel's million, lantern) took longer.
