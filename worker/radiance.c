@@ -165,7 +165,7 @@ static uint32_t *ids_of(const struct scene *scene, enum passing passing, bool bo
 
 /* ---- groups ---- */
 
-static void raise(group_row row[3], uint32_t group, struct vec3 to)
+static void raise_row(group_row row[3], uint32_t group, struct vec3 to)
 {
     row[0][group] = fmax(row[0][group], to.x);
     row[1][group] = fmax(row[1][group], to.y);
@@ -203,8 +203,8 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         const struct material *material = &scene_materials(scene)[index];
         if (seen[index]) continue;
         seen[index] = true;
-        raise(radiance->direct, group, box_lights_bound(&box_lights, material));
-        raise(radiance->passed, group, passed_by(material));
+        raise_row(radiance->direct, group, box_lights_bound(&box_lights, material));
+        raise_row(radiance->passed, group, passed_by(material));
     }
     box_lights_free(&box_lights);
     free(seen);
@@ -295,7 +295,8 @@ static void find_levels(struct radiance *radiance, const double sky[3])
     bool lossless[3], any = false;
     for (unsigned c = 0; c < 3; c++) {
         double one = next_component(radiance, c, sky[c], 0);
-        any |= lossless[c] = radiance->each[c] > 0 || radiance->base[c] > one * LARGE_SUM;
+        lossless[c] = radiance->each[c] > 0 || radiance->base[c] > one * LARGE_SUM;
+        any |= lossless[c];
     }
     if (!any) return;
     radiance->levels = allocate((size_t)deepest + 1, sizeof *radiance->levels);
