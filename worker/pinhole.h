@@ -104,9 +104,9 @@ static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
  *    largest in a window four.
  *
  * Together 3 + 2 4.5 + 4 2 = 20. If all products are rounded, that adds 1 + 2 1.5 in the brackets, and 3 + 3 in
- * the products of the others with X and Y, of which a window has two parts each: 30. The square takes 4 of the
- * tenth of PINHOLE_ERROR size, of which there are 7.5 with the least size. For small triangles of a leaf, the
- * size of their own vertices gives a tenth of the bound that the leaf's would.
+ * the products of the others with X and Y, of which a window has two parts each: 30. Twice the square is 2.8; a
+ * tenth of PINHOLE_ERROR size, which is 7.5 with the least size, has room for it. For small triangles of a
+ * leaf, the size of their own vertices gives a tenth of the bound that the leaf's would.
  */
 #define PINHOLE_SIZE_MIN 64
 

@@ -28,10 +28,10 @@
 
 /*
  * If all vertices have |x'|, |y'| < `size`, an edge's value p.x q.y - p.y q.x has three errors. PLACE_ERROR
- * of each factor times the other counts four times. The square of PLACE_ERROR counts twice, which takes 4 of
- * the tenth of PLACE_ERROR size, of which there are 7 with the least size. The roundings of the products and
- * of the difference are at most 4 v size^2. For a small triangle this is a tenth of the bound for the extent
- * of a whole leaf.
+ * of each factor times the other counts four times. The square of PLACE_ERROR counts twice, 2.4 in all; a
+ * tenth of PLACE_ERROR size, which is 6.9 with the least size, has room for it. The roundings of the products
+ * and of the difference are at most 4 v size^2. For a small triangle this is a tenth of the bound for the
+ * extent of a whole leaf.
  */
 #define ROUGH_SIZE_MIN 64
 

@@ -64,7 +64,7 @@ struct reach {
     double from, to;
 };
 
-#define PASSAGE_REACH 0x1p-19
+#define PASSAGE_REACH (2 * START_REACH)
 #define REACH_SLACK   (1 - 64 * UNIT_ROUNDOFF)
 
 static INLINED struct reach reach_of(const struct ray *ray, const struct shear *shear)
