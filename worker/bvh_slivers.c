@@ -43,11 +43,11 @@ uint64_t rod_pieces_bound(const struct scene *scene)
 
 static double triangle_waste(const struct scene *scene, uint32_t id)
 {
-    const uint32_t *corner = corner_indices(scene, id);
-    const struct vec3 *vertices = scene_vertices(scene);
-    struct vec3 a = vertices[corner[0]], b = vertices[corner[1]], c = vertices[corner[2]];
-    struct bounds box = triangle_bounds(&a, &b, &c);
-    return bounds_half_area(&box) / vec_length(vec_cross(vec_sub(b, a), vec_sub(c, a)));
+    struct vec3 at[3];
+    triangle_vertices(scene, id, at);
+    struct bounds box = triangle_bounds(&at[0], &at[1], &at[2]);
+    struct vec3 across = vec_cross(vec_sub(at[1], at[0]), vec_sub(at[2], at[0]));
+    return bounds_half_area(&box) / vec_length(across);
 }
 
 static uint8_t halvings_of(const struct scene *scene, uint32_t id)

@@ -1,6 +1,7 @@
 #include "worker/coplanar.h"
 
 #include "worker/box.h"
+#include "worker/triangle.h"
 
 /* A plane, given by three corners, or by one point and a normal of any length; corners = 0: not flat. */
 struct flat {
@@ -23,10 +24,9 @@ static struct flat cap_flat(const struct cone *cone, uint32_t part)
 
 static struct flat corner_flat(const struct scene *scene, uint32_t id)
 {
-    const uint32_t *corner = corner_indices(scene, id);
-    const struct vec3 *vertices = scene_vertices(scene);
-    return (struct flat){.corners = 3,
-                         .at = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]}};
+    struct flat flat = {.corners = 3};
+    triangle_vertices(scene, id, flat.at);
+    return flat;
 }
 
 static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part)

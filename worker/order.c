@@ -8,9 +8,8 @@
 static struct dd triangle_parameter(const struct scene *scene, const struct ray *ray,
                                     const struct shear *shear, const struct crossing *crossing)
 {
-    const uint32_t *corner = corner_indices(scene, crossing->primitive);
-    const struct vec3 *vertices = scene_vertices(scene);
-    const struct vec3 at[3] = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]};
+    struct vec3 at[3];
+    triangle_vertices(scene, crossing->primitive, at);
     struct dd t = dd(crossing->t);
     (void)triangle_crossings_exact(at, ray, shear, &t);
     return t;

@@ -97,12 +97,12 @@ static void gather_spheres(const struct scene *scene, const struct hit *hits, ui
 static void gather_triangles(const struct scene *scene, const struct hit *hits, uint32_t begin,
                              uint32_t end, struct points *points)
 {
-    const struct vec3 *vertices = scene_vertices(scene);
     for (uint32_t i = begin; i < end; i++) {
-        const uint32_t *corner = corner_indices(scene, hits[points->slot[i]].primitive);
-        set_lane(&points->a, i, vertices[corner[0]]);
-        set_lane(&points->b, i, vertices[corner[1]]);
-        set_lane(&points->c, i, vertices[corner[2]]);
+        struct vec3 at[3];
+        triangle_vertices(scene, hits[points->slot[i]].primitive, at);
+        set_lane(&points->a, i, at[0]);
+        set_lane(&points->b, i, at[1]);
+        set_lane(&points->c, i, at[2]);
     }
 }
 

@@ -29,9 +29,9 @@ static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t
     case PRIMITIVE_KINDS:
         break;
     }
-    const uint32_t *corner = corner_indices(scene, id);
-    const struct vec3 *vertices = scene_vertices(scene);
-    return triangle_bounds(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
+    struct vec3 at[3];
+    triangle_vertices(scene, id, at);
+    return triangle_bounds(&at[0], &at[1], &at[2]);
 }
 
 static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
@@ -50,14 +50,13 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
                                    const struct shear *shear, bool coplanar)
 {
     if (!is_triangle(ray->from)) return false;
-    const uint32_t *from = corner_indices(scene, ray->from), *of = corner_indices(scene, id);
-    if (!have_common_vertex(from, of)) return false;
-    const struct vec3 *at = scene_vertices(scene);
-    const struct vec3 from_corners[3] = {at[from[0]], at[from[1]], at[from[2]]};
-    const struct vec3 of_corners[3] = {at[of[0]], at[of[1]], at[of[2]]};
-    if (!triangle_is_same_passage(from_corners, of_corners, ray)) return false;
-    return !coplanar ||
-           triangle_crossings_exact(from_corners, ray, shear, NULL).t[0] == NOT_CROSSED;
+    if (!have_common_vertex(corner_indices(scene, ray->from), corner_indices(scene, id)))
+        return false;
+    struct vec3 from[3], of[3];
+    triangle_vertices(scene, ray->from, from);
+    triangle_vertices(scene, id, of);
+    if (!triangle_is_same_passage(from, of, ray)) return false;
+    return !coplanar || triangle_crossings_exact(from, ray, shear, NULL).t[0] == NOT_CROSSED;
 }
 
 /* Whether a triangle that is crossed close to the ray's start does not count there. */

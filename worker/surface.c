@@ -65,9 +65,9 @@ static void draw_in(struct place *place, struct vec3 b, struct vec3 c, const str
 static struct place triangle_place(const struct scene *scene, const struct ray *ray,
                                    const struct hit *hit, struct vec3 *normal)
 {
-    const uint32_t *corner = corner_indices(scene, hit->primitive);
-    const struct vec3 *vertices = scene_vertices(scene);
-    struct vec3 a = vertices[corner[0]], b = vertices[corner[1]], c = vertices[corner[2]];
+    struct vec3 at[3];
+    triangle_vertices(scene, hit->primitive, at);
+    struct vec3 a = at[0], b = at[1], c = at[2];
     double size = triangle_size(a, b, c), speed;
     struct place place = {a, triangle_mean(a, b, c, hit->u, hit->v)};
     *normal = triangle_normal(&a, &b, &c);
@@ -130,15 +130,13 @@ static void naive_surface(const struct scene *scene, const struct ray *ray, cons
                           struct surface *surface)
 {
     uint32_t index = primitive_index(hit->primitive);
-    const struct vec3 *vertices = scene_vertices(scene);
-    const uint32_t *corner;
+    struct vec3 at[3];
     surface->point = vec_add_scaled(ray->origin, ray->direction, hit->t);
     switch (primitive_kind(hit->primitive)) {
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
-        corner = corner_indices(scene, hit->primitive);
-        surface->geometric =
-            triangle_normal(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
+        triangle_vertices(scene, hit->primitive, at);
+        surface->geometric = triangle_normal(&at[0], &at[1], &at[2]);
         break;
     case PRIMITIVE_SPHERE:
         surface->geometric = naive_sphere_normal(&scene_spheres(scene)[index], surface->point);

@@ -14,6 +14,15 @@
 #include "worker/exact.h"
 #include "worker/shape.h"
 
+/* Copies the vertices of a triangle or patch. */
+static inline void triangle_vertices(const struct scene *scene, uint32_t id, struct vec3 at[3])
+{
+    const uint32_t *corner = corner_indices(scene, id);
+    const struct vec3 *vertices = scene_vertices(scene);
+    for (unsigned i = 0; i < 3; i++)
+        at[i] = vertices[corner[i]];
+}
+
 /* The shear that maps a ray's direction to an axis; computed once per ray. */
 struct shear {
     unsigned x, y, z; /* z: the axis with the largest component of the direction */
