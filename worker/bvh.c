@@ -1,12 +1,12 @@
 #include "worker/bvh.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/message.h"
 #include "common/whole.h"
+#include "worker/bvh_bounded.h"
 #include "worker/bvh_leaf.h"
 #include "worker/bvh_nodes.h"
 #include "worker/bvh_slivers.h"

@@ -1,6 +1,7 @@
 #include "worker/bvh_rods.h"
 
 #include "common/extremes.h"
+#include "worker/bvh_bounded.h"
 #include "worker/bvh_cubes.h"
 #include "worker/cone.h"
 

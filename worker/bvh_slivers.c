@@ -5,6 +5,7 @@
 
 #include "common/message.h"
 #include "common/whole.h"
+#include "worker/bvh_bounded.h"
 #include "worker/bvh_cubes.h"
 #include "worker/bvh_rods.h"
 #include "worker/bvh_split.h"

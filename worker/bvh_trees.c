@@ -7,42 +7,12 @@
 
 #include "common/message.h"
 #include "common/whole.h"
+#include "worker/bvh_bounded.h"
 #include "worker/bvh_cubes.h"
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
 /* ---- primitives ---- */
-
-uint64_t bounded_count(const struct scene *scene)
-{
-    return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
-}
-
-uint64_t bounded_before(const struct scene *scene, enum primitive_kind kind)
-{
-    uint64_t before = 0;
-    for (enum primitive_kind k = 0; k < kind; k++)
-        before += scene->primitives[k].count;
-    return before;
-}
-
-uint32_t bounded_id(const struct scene *scene, uint64_t index)
-{
-    enum primitive_kind kind = 0;
-    for (; index >= scene->primitives[kind].count; kind++)
-        index -= scene->primitives[kind].count;
-    return primitive_id(kind, (uint32_t)index);
-}
-
-uint32_t bounded_id_after(const struct scene *scene, uint32_t id)
-{
-    enum primitive_kind kind = primitive_kind(id);
-    if (primitive_index(id) + 1 < scene->primitives[kind].count) return id + 1;
-    do
-        kind++;
-    while (scene->primitives[kind].count == 0);
-    return primitive_id(kind, 0);
-}
 
 /* The largest distance along an axis from the centre to a point of the box. */
 static double farthest_from(const struct bounds *box, const double center[3])

@@ -24,16 +24,6 @@ struct bvh_trees {
     uint8_t *tree_of;
 };
 
-/* The number of bounded primitives, that is all but planes. */
-uint64_t bounded_count(const struct scene *scene);
-
-/* The id of a bounded primitive, counted in order of kind and index; and that of the next one, which must exist. */
-uint32_t bounded_id(const struct scene *scene, uint64_t index);
-uint32_t bounded_id_after(const struct scene *scene, uint32_t id);
-
-/* The number of bounded primitives of the kinds before this one. */
-uint64_t bounded_before(const struct scene *scene, enum primitive_kind kind);
-
 /* The tree of a bounded primitive, and the centre of this tree, [3]. */
 static inline uint32_t tree_of_bounded(const struct bvh_trees *trees, uint64_t index)
 {
