@@ -15,6 +15,10 @@ struct bounds {
 #define BOUNDS_NONE                                                                                \
     ((struct bounds){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}})
 
+/* The box that holds everything. */
+#define BOUNDS_ALL                                                                                 \
+    ((struct bounds){{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}})
+
 static inline void bounds_add(struct bounds *all, const struct bounds *more)
 {
     for (unsigned axis = 0; axis < 3; axis++) {

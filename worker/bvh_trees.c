@@ -12,7 +12,7 @@
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
-/* ---- primitives ---- */
+/* ---- the size of the scene ---- */
 
 /* The largest distance along an axis from the centre to a point of the box. */
 static double farthest_from(const struct bounds *box, const double center[3])

@@ -5,6 +5,7 @@
 
 #include "common/message.h"
 #include "worker/primitive.h"
+#include "worker/radiance_clusters.h"
 #include "worker/shade.h"
 #include "worker/wave.h"
 
@@ -22,147 +23,6 @@
  */
 #define BOX_SLACK 0x1p-46
 
-/* ---- what is put into one group ---- */
-
-/* The ids first .. first + count - 1 of a table, and the box around their primitives. */
-struct cluster {
-    uint32_t first, count;
-    struct bounds box;
-};
-
-static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
-                                         {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-
-/*
- * Kinds of surface by the share of light that they pass on from reflected and refracted rays. Each kind has
- * groups of its own, if it occurs.
- */
-enum passing { PASSES_NOTHING, PASSES_LESS, PASSES_ALL, PASSINGS };
-
-/* The share of light that a surface passes on from its reflected and its refracted ray together. It is the same with
- * total internal reflection, where the mirror ray gets both shares. */
-static struct vec3 passed_by(const struct material *m)
-{
-    return vec3(m->reflection + m->transmission * m->color.x,
-                m->reflection + m->transmission * m->color.y,
-                m->reflection + m->transmission * m->color.z);
-}
-
-/* A smaller loss than this is little help in bounding the brightness of a surface. */
-#define LITTLE_LOSS 0x1p-6
-
-static enum passing passing_of(const struct material *material)
-{
-    if (!(material->reflection > 0) && !(material->transmission > 0)) return PASSES_NOTHING;
-    return vec_max(passed_by(material)) < 1 - LITTLE_LOSS ? PASSES_LESS : PASSES_ALL;
-}
-
-/* For each material, whether its surfaces are of this kind; the caller frees the array. */
-static bool *materials_of(const struct scene *scene, enum passing passing)
-{
-    bool *wanted = allocate_zeroed((size_t)scene->materials.count, sizeof *wanted);
-    for (uint32_t i = 0; i < scene->materials.count; i++)
-        wanted[i] = passing_of(&scene_materials(scene)[i]) == passing;
-    return wanted;
-}
-
-static struct bounds bounds_of(const struct scene *scene, uint32_t id)
-{
-    if (primitive_kind(id) == PRIMITIVE_PLANE) return everywhere;
-    return primitive_bounds(scene, id);
-}
-
-static void measure(const struct scene *scene, const uint32_t *ids, struct cluster *cluster)
-{
-    cluster->box = BOUNDS_NONE;
-    for (uint32_t i = 0; i < cluster->count; i++) {
-        struct bounds box = bounds_of(scene, ids[cluster->first + i]);
-        bounds_add(&cluster->box, &box);
-    }
-}
-
-static unsigned longest_axis(const struct bounds *box)
-{
-    unsigned longest = 0;
-    for (unsigned axis = 1; axis < 3; axis++)
-        if (box->max[axis] - box->min[axis] > box->max[longest] - box->min[longest]) longest = axis;
-    return longest;
-}
-
-static double extent_of(const struct cluster *cluster)
-{
-    return cluster->count > 1 ? bounds_size(&cluster->box) : 0;
-}
-
-/* Splits a cluster in two at the middle of its longest edge; false if all primitives are on one side. */
-static bool split(const struct scene *scene, uint32_t *ids, struct cluster *cluster,
-                  struct cluster *rest)
-{
-    unsigned axis = longest_axis(&cluster->box);
-    double middle = bounds_middle(&cluster->box, axis);
-    uint32_t below = 0, *id = ids + cluster->first;
-    struct bounds parts[2] = {BOUNDS_NONE, BOUNDS_NONE};
-    for (uint32_t i = 0; i < cluster->count; i++) {
-        struct bounds box = bounds_of(scene, id[i]);
-        bool is_below = bounds_middle(&box, axis) < middle;
-        bounds_add(&parts[!is_below], &box);
-        if (!is_below) continue;
-        uint32_t other = id[below];
-        id[below++] = id[i];
-        id[i] = other;
-    }
-    if (below == 0 || below == cluster->count) return false;
-    *rest = (struct cluster){
-        .first = cluster->first + below, .count = cluster->count - below, .box = parts[1]};
-    cluster->count = below;
-    cluster->box = parts[0];
-    return true;
-}
-
-/* Divides all `count` ids into at most `most` clusters, splitting the longest one first; returns their
- * number. */
-static uint32_t split_up(const struct scene *scene, uint32_t *ids, uint32_t count,
-                         struct cluster *clusters, uint32_t most)
-{
-    uint32_t parts = 1;
-    bool whole[RADIANCE_GROUPS] = {false}; /* cannot be split */
-    clusters[0] = (struct cluster){.first = 0, .count = count};
-    measure(scene, ids, &clusters[0]);
-    while (parts < most) {
-        uint32_t longest = parts;
-        double extent = 0;
-        for (uint32_t i = 0; i < parts; i++) {
-            if (whole[i] || !(extent_of(&clusters[i]) > extent)) continue;
-            extent = extent_of(&clusters[i]);
-            longest = i;
-        }
-        if (longest == parts) break;
-        if (split(scene, ids, &clusters[longest], &clusters[parts]))
-            parts++;
-        else
-            whole[longest] = true;
-    }
-    return parts;
-}
-
-/* The bounded or the unbounded primitives whose surfaces are of one kind; the caller frees the array. */
-static uint32_t *ids_of(const struct scene *scene, enum passing passing, bool bounded,
-                        uint32_t *count)
-{
-    uint32_t *ids = allocate((size_t)scene_primitive_count(scene), sizeof *ids);
-    bool *wanted = materials_of(scene, passing);
-    *count = 0;
-    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
-        if ((kind != PRIMITIVE_PLANE) != bounded) continue;
-        for (uint32_t i = 0; i < scene->primitives[kind].count; i++) {
-            uint32_t id = primitive_id((enum primitive_kind)kind, i);
-            if (wanted[primitive_material(scene, id)]) ids[(*count)++] = id;
-        }
-    }
-    free(wanted);
-    return ids;
-}
-
 /* ---- groups ---- */
 
 static void raise_row(group_row row[3], uint32_t group, struct vec3 to)
@@ -175,7 +35,7 @@ static void raise_row(group_row row[3], uint32_t group, struct vec3 to)
 /* The box, rounded outward. */
 static struct bounds padded(const struct radiance *radiance, const struct bounds *box)
 {
-    if (radiance->scene->view.formulas == FORMULAS_PAPER) return everywhere;
+    if (radiance->scene->view.formulas == FORMULAS_PAPER) return BOUNDS_ALL;
     struct bounds more;
     for (int axis = 0; axis < 3; axis++) {
         double reach = fmax(fabs(box->min[axis]), fabs(box->max[axis]));
@@ -186,7 +46,8 @@ static struct bounds padded(const struct radiance *radiance, const struct bounds
     return more;
 }
 
-static void add_group(struct radiance *radiance, const uint32_t *ids, const struct cluster *cluster)
+static void add_group(struct radiance *radiance, const uint32_t *ids,
+                      const struct radiance_cluster *cluster)
 {
     const struct scene *scene = radiance->scene;
     uint32_t group = radiance->groups++;
@@ -225,13 +86,13 @@ static const uint32_t groups_of[PASSINGS] = {
 static void find_groups(struct radiance *radiance)
 {
     const struct scene *scene = radiance->scene;
-    struct cluster clusters[RADIANCE_GROUPS];
+    struct radiance_cluster clusters[RADIANCE_GROUPS];
     for (int i = 0; i < 2 * PASSINGS; i++) {
         enum passing passing = (enum passing)(i / 2);
         bool bounded = i % 2;
-        uint32_t count, *ids = ids_of(scene, passing, bounded, &count);
+        uint32_t count, *ids = radiance_ids(scene, passing, bounded, &count);
         uint32_t most = bounded ? groups_of[passing] : 1;
-        uint32_t parts = count ? split_up(scene, ids, count, clusters, most) : 0;
+        uint32_t parts = count ? radiance_clusters(scene, ids, count, clusters, most) : 0;
         for (uint32_t k = 0; k < parts; k++)
             add_group(radiance, ids, &clusters[k]);
         free(ids);
