@@ -2,6 +2,7 @@
 #include "scene_fixture.h"
 
 #include "worker/pinhole.h"
+#include "worker/primitive.h"
 
 #define SCENES 3000
 #define LOOKS  12

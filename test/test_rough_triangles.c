@@ -1,6 +1,7 @@
 /* Tests of triangles in float with rounded vertices: what is decided of them is true, at all sizes. */
 #include "scene_fixture.h"
 
+#include "worker/primitive.h"
 #include "worker/rough_triangles.h"
 
 #define SCENES 4000

@@ -3,6 +3,7 @@
 #include "worker/order.h"
 #include "worker/probe.h"
 #include "worker/several.h"
+#include "worker/traverse.h"
 
 struct corner_walk {
     struct probe probe;

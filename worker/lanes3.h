@@ -2,6 +2,7 @@
 #ifndef FARM_WORKER_LANES3_H
 #define FARM_WORKER_LANES3_H
 
+#include "common/vec.h"
 #include "worker/lanes.h"
 
 struct lanes3 {

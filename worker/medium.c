@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "worker/primitive.h"
+#include "worker/nearest.h"
 
 /* A stack: its top medium, on another stack. */
 struct medium {

@@ -21,7 +21,8 @@
 
 #include <stdbool.h>
 
-#include "worker/nearest.h"
+#include "common/scene.h"
+#include "worker/bvh.h"
 
 /* All stacks that have occurred so far; for one thread. */
 struct media;

@@ -7,7 +7,6 @@
 #define FARM_WORKER_NAIVE_H
 
 #include "worker/box.h"
-#include "worker/cone.h"
 
 /* The usual absolute epsilon, in scene units along a unit direction. */
 #define NAIVE_EPSILON 1e-9

@@ -5,6 +5,7 @@
 #include "worker/nearest_walk.h"
 #include "worker/packet.h"
 #include "worker/several.h"
+#include "worker/traverse.h"
 
 /* Tests the triangles of a leaf with `count` entries. */
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,

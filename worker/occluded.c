@@ -2,6 +2,7 @@
 #include "worker/occlusion_walk.h"
 #include "worker/packet.h"
 #include "worker/several.h"
+#include "worker/traverse.h"
 
 static INLINED bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                    double *limit)

@@ -5,7 +5,6 @@
 #include "worker/primitive.h"
 #include "worker/rough_triangles.h"
 #include "worker/solid_lanes.h"
-#include "worker/traverse.h"
 
 struct probe {
     const struct scene *scene;

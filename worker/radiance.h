@@ -19,7 +19,8 @@
 #define FARM_WORKER_RADIANCE_H
 
 #include "common/scene.h"
-#include "worker/shape.h"
+#include "worker/bounds.h"
+#include "worker/ray.h"
 
 /* Enough to separate a few objects; all groups are tested for a ray. */
 #define RADIANCE_GROUPS 16

@@ -14,7 +14,6 @@
 #ifndef FARM_WORKER_SOLID_LANES_H
 #define FARM_WORKER_SOLID_LANES_H
 
-#include "worker/bvh.h"
 #include "worker/lanes3.h"
 #include "worker/shape.h"
 #include "worker/sphere.h"

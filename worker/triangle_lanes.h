@@ -5,8 +5,8 @@
 
 #include "worker/bvh.h"
 #include "worker/lanes3.h"
-#include "worker/primitive.h"
 #include "worker/quad.h"
+#include "worker/triangle.h"
 
 #define WIDE lanes
 #include "worker/sheared_edges.h"
