@@ -243,6 +243,42 @@ static void test_eye_on_a_surface(void **state)
     free(scene);
 }
 
+/*
+ * An eye within the last bit of an oblique plane is behind it exactly where a ray to its front meets it. The three
+ * numbers are a sum of decimal fractions that is 0 but for their rounding.
+ */
+static void test_eye_at_an_oblique_plane(void **state)
+{
+    (void)state;
+    const struct vec3 front = {1, 1, 1};
+    unsigned behind = 0, before = 0;
+    struct builder *builder = builder_create();
+    struct plane surface = {
+        .point = {0, 0, 0}, .normal = front, .material = add_glass(builder, 1.5, 0.9)};
+    assert_added(builder_add_plane(builder, &surface));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    for (int i = 1; i < 10; i++) {
+        for (int k = 1; k < 10; k++) {
+            struct vec3 eye = {i / 10.0, k / 10.0, -(i + k) / 10.0};
+            struct ray ray = {
+                .origin = eye, .direction = front, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+            struct hit hit;
+            uint64_t exact = 0;
+            nearest(scene, bvh, &ray, 1, &hit, &exact);
+            bool meets = hit.primitive != PRIMITIVE_NONE;
+            assert_int_equal(media_at(media, bvh, eye, front) != MEDIUM_OUTSIDE, meets);
+            behind += meets;
+            before += !meets;
+        }
+    }
+    assert_true(behind > 0 && before > 0);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 /* An eye in a closed mesh: all rays agree. */
 static void test_eye_in_a_mesh(void **state)
 {
@@ -396,6 +432,7 @@ int main(void)
         cmocka_unit_test(test_deep_nesting),
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_on_a_surface),
+        cmocka_unit_test(test_eye_at_an_oblique_plane),
         cmocka_unit_test(test_eye_in_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),
         cmocka_unit_test(test_eye_in_an_open_mesh),

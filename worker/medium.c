@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "worker/exact.h"
 #include "worker/nearest.h"
 
 /* A stack: its top medium, on another stack. */
@@ -232,10 +233,20 @@ static bool agreed(const struct exits exits[DIRECTIONS], uint32_t i)
     return true;
 }
 
+/* The sign of a . b, exact. */
+static int dot_sign(struct dd3 a, struct dd3 b)
+{
+    int exponent;
+    double dot = exact_dot3(a, b, &exponent).high;
+    return (dot > 0) - (dot < 0);
+}
+
+/* Decided without rounding, because the kernel decides so whether a ray from the point meets the plane. */
 static bool is_behind(const struct plane *plane, struct vec3 point, struct vec3 ahead)
 {
-    double side = vec_dot(vec_sub(point, plane->point), plane->normal);
-    return side < 0 || (side == 0 && vec_dot(ahead, plane->normal) < 0);
+    struct dd3 normal = dd3_of(plane->normal);
+    int side = dot_sign(exact_difference3(point, plane->point), normal);
+    return side < 0 || (side == 0 && dot_sign(dd3_of(ahead), normal) < 0);
 }
 
 static uint32_t planes_around(struct media *media, struct vec3 point, struct vec3 ahead)
