@@ -567,6 +567,74 @@ static void test_rims(void **state)
     assert_true(found > waves * WAVE / 2);
 }
 
+/* A cone of any size, or a cylinder; sometimes its radius is far from its length. */
+static struct cone any_cone(uint64_t *random)
+{
+    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -230, 230));
+    double radius = size * pow(10, random_between(random, -2, random_below(random, 4) ? 0.3 : 5));
+    struct vec3 base = random_vector(random, size);
+    return (struct cone){.base = base,
+                         .apex = vec_add(base, random_vector(random, size)),
+                         .base_radius = radius,
+                         .apex_radius = random_below(random, 3) * radius / 2,
+                         .capped = random_below(random, 4) > 0};
+}
+
+/* A ray from where another one has met the cone: on its way through, grazing the side, or anywhere. */
+static struct ray ray_from_cone(uint64_t *random, const struct scene *scene, uint32_t id)
+{
+    const struct cone *cone = &scene_cones(scene)[primitive_index(id)];
+    struct vec3 axis = vec_sub(cone->apex, cone->base);
+    struct vec3 to = vec_add_scaled(cone->base, axis, random_between(random, 0, 1));
+    struct ray ray = ray_to(vec_add(to, random_vector(random, 9 * vec_largest(axis))), to);
+    const struct hit any = {1, 1, 0, id, 0, 0};
+    uint64_t exact = 0;
+    struct hit hit = settled_hit(scene, &ray, &any, &exact);
+    if (hit.primitive == PRIMITIVE_NONE) return ray;
+    struct surface surface;
+    surface_at(scene, &ray, &hit, &surface);
+    double inward = ldexp(-1, -random_exponent(random, 0, 50));
+    struct vec3 way = vec_cross(surface.geometric, random_vector(random, 1));
+    if (random_below(random, 2)) inward = random_between(random, -1, 1);
+    way = vec_add_scaled(way, surface.geometric, inward);
+    if (random_below(random, 3)) ray.direction = way;
+    ray.origin = surface.point;
+    ray.from = id;
+    ray.from_part = hit.part;
+    return ray;
+}
+
+static unsigned compare_exits(uint64_t *random)
+{
+    struct builder *builder = builder_create(), *again = builder_create();
+    struct ray rays[WAVE];
+    uint32_t ids[WAVE];
+    add_materials(builder);
+    add_materials(again);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct cone cone = any_cone(random);
+        assert_added(builder_add_cone(builder, &cone));
+        assert_added(builder_add_cone(again, &cone));
+        ids[i] = primitive_id(PRIMITIVE_CONE, i);
+    }
+    struct scene *scene = finish_scene(again);
+    for (uint32_t i = 0; i < WAVE; i++)
+        rays[i] = ray_from_cone(random, scene, ids[i]);
+    free(scene);
+    return compare_hits(random, builder, rays, ids, 2, 0);
+}
+
+/* Cones that rays leave through the side or a cap. */
+static void test_exits(void **state)
+{
+    (void)state;
+    uint64_t random = 109;
+    unsigned found = 0, waves = 300;
+    for (unsigned i = 0; i < waves; i++)
+        found += compare_exits(&random);
+    assert_true(found > waves * WAVE / 4);
+}
+
 /* A point that is seen from anywhere: straight from above or along the surface, exactly or almost. Its geometric normal
  * may be another one. */
 static void put_any_point(uint64_t *random, uint32_t i, struct points *points)
@@ -783,6 +851,7 @@ int main(void)
         cmocka_unit_test(test_triangles_from_afar),
         cmocka_unit_test(test_any_spheres),
         cmocka_unit_test(test_rims),
+        cmocka_unit_test(test_exits),
         cmocka_unit_test(test_any_points),
         cmocka_unit_test(test_flats_from_the_edge),
         cmocka_unit_test(test_sample_rays),

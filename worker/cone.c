@@ -121,13 +121,6 @@ static double distances(const struct scaled_cone *it)
     return cone_distances(&it->cone, it->origin, it->direction);
 }
 
-/*
- * At rims and tips two crossings coincide. Roots are irrational; deciding whether two of them are equal would take some
- * 16 times the digits of the input. So crossings that differ by at most 2^-88 of the distances involved, 2^-35 of the
- * last place of t, count as equal, and the ray meets the rim. Errors of double-double are far smaller.
- */
-#define SAME_CROSSING 0x1p-88
-
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
 NOINLINE static void roots_from_origin(const struct scaled_cone *it, const struct cone_line *line,
                                        struct dd root, struct dd roots[2])
@@ -159,7 +152,7 @@ static struct interval cone_side(const struct scaled_cone *it, uint64_t *exact)
     if (small < CONE_ROOT_CANCELLED * (size + fabs(line.t)))
         roots_from_origin(it, &line, root, roots);
     /* For a ray from the tip both roots are 0. */
-    if (fabs(roots[1].high) < SAME_CROSSING * size) roots[1] = dd(0);
+    if (fabs(roots[1].high) < CONE_SAME_CROSSING * size) roots[1] = dd(0);
     return nappe(&line, roots);
 }
 
@@ -235,7 +228,7 @@ struct spans {
 static bool clearly_less(struct dd a, struct dd b, double size)
 {
     if (isinf(a.high) || isinf(b.high)) return a.high < b.high;
-    return dd_sub(b, a).high > SAME_CROSSING * (size + fabs(a.high));
+    return dd_sub(b, a).high > CONE_SAME_CROSSING * (size + fabs(a.high));
 }
 
 static struct spans solid_spans(struct interval side, const struct slab *slab, double size)
@@ -342,11 +335,13 @@ static struct dd span_at(const struct scaled_cone *it, const struct ray *ray, do
 static struct dd parameter_at(const struct scaled_cone *it, const struct ray *ray, double t,
                               uint32_t part, bool leaving)
 {
+    double rounded = ldexp(t, it->speed - it->length);
     uint64_t ignored = 0;
-    struct dd found = span_at(it, ray, ldexp(t, it->speed - it->length), part, leaving);
-    if (!leaving || part != CONE_SIDE) return found;
-    struct dd root = cone_side(it, &ignored).leave;
-    return fabs(root.high - found.high) <= WAY_OUT_ERROR * found.high ? root : found;
+    if (leaving && part == CONE_SIDE) {
+        struct dd root = cone_side(it, &ignored).leave;
+        if (fabs(root.high - rounded) <= WAY_OUT_ERROR * rounded) return root;
+    }
+    return span_at(it, ray, rounded, part, leaving);
 }
 
 FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,

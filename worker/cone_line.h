@@ -7,6 +7,7 @@
 
 #include "common/scene.h"
 #include "worker/exact.h"
+#include "worker/shape.h"
 
 /* The quantities in the header of worker/cone.h, with the parameter of the line counted from t. */
 struct cone_line {
@@ -136,9 +137,66 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
     return (reach + cone->base_radius) / vec_largest(direction);
 }
 
+/*
+ * At rims and tips two crossings coincide. Roots are irrational; deciding whether two of them are equal would take some
+ * 16 times the digits of the input. So crossings that differ by at most 2^-88 of the distances involved, 2^-35 of the
+ * last place of t, count as equal, and the ray meets the rim. Errors of double-double are far smaller.
+ */
+#define CONE_SAME_CROSSING 0x1p-88
+
 /* The sum of the closest approach and a root relative to it has an error of 2^-70 of both for a ray close to the
  * axis' direction. A root smaller than this share of them is computed without the sum. */
 #define CONE_ROOT_CANCELLED 0x1p-10
+
+/* The roots as they are found from the closest approach. */
+struct cone_line_roots {
+    struct dd3 w, f, F, D;
+    struct dd A, root; /* root: of the discriminant */
+    struct dd first, second;
+    double reach;   /* all distances are smaller */
+    bool cancelled; /* the smaller root is computed without the sum */
+};
+
+/* Valid if *sure stays true: the cone is ordinary, A is positive, and the roots are well apart from each other. */
+static inline struct cone_line_roots cone_roots_of(const struct cone *cone, struct vec3 o,
+                                                   struct vec3 d, bool *sure)
+{
+    struct cone_line_roots it;
+    double bound;
+    it.w = exact_difference3(cone->apex, cone->base);
+    it.f = exact_difference3(o, cone->base);
+    it.F = dd3_cross(it.f, it.w);
+    it.D = dd3_cross(dd3_of(d), it.w);
+    *sure &= cone_is_ordinary(cone, o, d);
+    *sure &= dd3_size(it.D) > CONE_STEEP * sum_of_sizes(d) * dd3_size(it.w);
+    struct cone_line line =
+        cone_line_from(cone, d, it.w, it.f, it.F, it.D, cone_closest_approach(it.F, it.D));
+    *sure &= line.A.high > cone_A_error(&line);
+    struct dd square = cone_discriminant(&line, &bound);
+    *sure &= square.high > CONE_LINE_FILTER * bound;
+    it.A = line.A;
+    it.root = dd_root(square);
+    struct dd q = cone_larger_sum(line.B, it.root);
+    it.first = dd_add(dd(line.t), dd_div(line.C, q));
+    it.second = dd_add(dd(line.t), dd_div(q, line.A));
+    it.reach = cone_distances(cone, o, d) + fabs(line.t);
+    double small = smaller_number(fabs(it.first.high), fabs(it.second.high));
+    it.cancelled = small < CONE_ROOT_CANCELLED * it.reach;
+    return it;
+}
+
+/* Whether the planes of the caps are certainly not within `off` of t; the distances to them have an error of at most
+ * 2^-30 of the reach. */
+static inline bool cone_caps_are_apart(const struct cone_line_roots *it, struct vec3 d, double t,
+                                       double off)
+{
+    struct vec3 w = dd3_round(it->w), f = dd3_round(it->f);
+    double rise = vec_dot(d, w), height = vec_dot(f, w), W = dd3_dot(it->w, it->w).high;
+    double to_base = -height / rise, to_apex = (W - height) / rise;
+    double near = 0x1p-20 * it->reach + off;
+    return (fabs(rise) > 0x1p-20 * sum_of_sizes(d) * dd3_size(it->w)) & (fabs(to_base - t) > near) &
+           (fabs(to_apex - t) > near);
+}
 
 /*
  * cone_parameter() of a hit on the side, at t with an error of up to `off`, for a ray that does not start on this cone.
@@ -148,30 +206,40 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
 static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
                                             double t, double off, bool *sure)
 {
-    struct dd3 w = exact_difference3(cone->apex, cone->base), f = exact_difference3(o, cone->base);
-    struct dd3 F = dd3_cross(f, w), D = dd3_cross(dd3_of(d), w);
-    double speed = sum_of_sizes(d), width = dd3_size(w), bound;
-    *sure &= cone_is_ordinary(cone, o, d);
-    *sure &= dd3_size(D) > CONE_STEEP * speed * width;
-    struct cone_line line = cone_line_from(cone, d, w, f, F, D, cone_closest_approach(F, D));
-    *sure &= line.A.high > cone_A_error(&line);
-    struct dd square = cone_discriminant(&line, &bound);
-    *sure &= square.high > CONE_LINE_FILTER * bound;
-    struct dd q = cone_larger_sum(line.B, dd_root(square));
-    struct dd first = dd_add(dd(line.t), dd_div(line.C, q));
-    struct dd second = dd_add(dd(line.t), dd_div(q, line.A));
-    double reach = cone_distances(cone, o, d) + fabs(line.t);
-    *sure &= fabs(first.high) >= CONE_ROOT_CANCELLED * reach;
-    *sure &= fabs(second.high) >= CONE_ROOT_CANCELLED * reach;
-    bool is_first = fabs(first.high - t) <= off, is_second = fabs(second.high - t) <= off;
+    struct cone_line_roots it = cone_roots_of(cone, o, d, sure);
+    *sure &= !it.cancelled;
+    bool is_first = fabs(it.first.high - t) <= off, is_second = fabs(it.second.high - t) <= off;
     *sure &= is_first != is_second;
-    /* These distances to the planes of the caps have an error of at most 2^-30 of the reach. */
-    double rise = vec_dot(d, dd3_round(w)), height = vec_dot(dd3_round(f), dd3_round(w));
-    double to_base = -height / rise, to_apex = (line.W.high - height) / rise;
-    *sure &= fabs(rise) > 0x1p-20 * speed * width;
-    double near = 0x1p-20 * reach + off;
-    *sure &= (fabs(to_base - t) > near) & (fabs(to_apex - t) > near);
-    return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
+    *sure &= cone_caps_are_apart(&it, d, t, off);
+    return (struct dd){is_first ? it.first.high : it.second.high,
+                       is_first ? it.first.low : it.second.low};
+}
+
+/*
+ * The same for a ray that starts on this cone and leaves it through the side: the later root, if it certainly agrees
+ * with the exit at t within WAY_OUT_ERROR. If the ray starts on the side, the earlier root is next to 0, has cancelled,
+ * and the later one is q / A with the parameter counted from the origin. It is the later one if C / q < q / A; C, whose
+ * own value is not needed, errs by less than 64 u^2 S^2 + 2 S S_error, with S = line.radial. The factors 4 and 0.5
+ * have room for all roundings of the comparisons.
+ */
+static inline struct dd cone_exit_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
+                                            double t, double off, bool *sure)
+{
+    struct cone_line_roots it = cone_roots_of(cone, o, d, sure);
+    struct cone_line line = cone_line_from(cone, d, it.w, it.f, it.F, it.D, 0);
+    struct dd q = cone_larger_sum(line.B, it.root), from_origin = dd_div(q, it.A);
+    double S = line.radial, C_error = 64 * DD_ROUNDOFF * S * S + 2 * S * line.radial_error;
+    bool later = 4 * (fabs(line.C.high) + C_error) * it.A.high < q.high * q.high;
+    bool is_known = later & (q.high > 0);
+    *sure &= is_known | !it.cancelled;
+    *sure &= it.first.high != it.second.high;
+    bool is_first = it.first.high > it.second.high;
+    double high = is_first ? it.first.high : it.second.high;
+    double low = is_first ? it.first.low : it.second.low;
+    struct dd root = {it.cancelled ? from_origin.high : high, it.cancelled ? from_origin.low : low};
+    *sure &= fabs(root.high - t) + 2 * off <= 0.5 * WAY_OUT_ERROR * t;
+    *sure &= root.high > CONE_SAME_CROSSING * it.reach;
+    return root;
 }
 
 /* The part of p, relative to the base, that is across the axis w. W = w.w. */

@@ -15,13 +15,14 @@ enum group {
     GROUP_TRIANGLES,
     GROUP_PATCHES,
     GROUP_SIDES,
+    GROUP_EXITS, /* sides of cones that the ray starts on */
     GROUP_CAPS,
     GROUP_FLATS, /* discs and planes */
     GROUP_OTHERS,
     GROUPS
 };
 
-static enum group group_of(const struct hit *hit)
+static enum group group_of(const struct ray *ray, const struct hit *hit)
 {
     switch (primitive_kind(hit->primitive)) {
     case PRIMITIVE_SPHERE:
@@ -31,7 +32,8 @@ static enum group group_of(const struct hit *hit)
     case PRIMITIVE_PATCH:
         return GROUP_PATCHES;
     case PRIMITIVE_CONE:
-        return hit->part == CONE_SIDE ? GROUP_SIDES : GROUP_CAPS;
+        if (hit->part != CONE_SIDE) return GROUP_CAPS;
+        return ray->from == hit->primitive ? GROUP_EXITS : GROUP_SIDES;
     case PRIMITIVE_DISC:
     case PRIMITIVE_PLANE:
         return GROUP_FLATS;
@@ -43,20 +45,21 @@ static enum group group_of(const struct hit *hit)
 }
 
 /* Fills points->slot; group g is first[g] .. first[g + 1] - 1. */
-static void sort_by_group(const struct hit *hits, uint32_t count, struct points *points,
-                          uint32_t first[GROUPS + 1])
+static void sort_by_group(const struct ray *rays, const struct hit *hits, uint32_t count,
+                          struct points *points, uint32_t first[GROUPS + 1])
 {
     uint32_t sizes[GROUPS] = {0};
     uint32_t at[GROUPS];
     for (uint32_t i = 0; i < count; i++)
-        if (hits[i].primitive != PRIMITIVE_NONE) sizes[group_of(&hits[i])]++;
+        if (hits[i].primitive != PRIMITIVE_NONE) sizes[group_of(&rays[i], &hits[i])]++;
     first[0] = 0;
     for (int g = 0; g < GROUPS; g++) {
         at[g] = first[g];
         first[g + 1] = first[g] + sizes[g];
     }
     for (uint32_t i = 0; i < count; i++)
-        if (hits[i].primitive != PRIMITIVE_NONE) points->slot[at[group_of(&hits[i])]++] = i;
+        if (hits[i].primitive != PRIMITIVE_NONE)
+            points->slot[at[group_of(&rays[i], &hits[i])]++] = i;
     points->count = first[GROUPS];
 }
 
@@ -324,20 +327,18 @@ static inline void interpolate_normal(struct points *points, uint32_t i)
 
 IN_LANES(interpolate_normals, points, interpolate_normal)
 
-/* a: base; b: apex; c: radii; special: of a side 1 if the ray starts on that cone, of a cap 1 for the one at
- * the apex. */
-static void gather_cones(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                         uint32_t begin, uint32_t end, struct points *points)
+/* a: base; b: apex; c: radii; special: 1 for the cap at the apex. */
+static void gather_cones(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                         uint32_t end, struct points *points)
 {
     const struct cone *cones = scene_cones(scene);
     for (uint32_t i = begin; i < end; i++) {
         const struct hit *hit = &hits[points->slot[i]];
         const struct cone *cone = &cones[primitive_index(hit->primitive)];
-        bool starts = rays[points->slot[i]].from == hit->primitive;
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
         set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->special[i] = truth(hit->part == CONE_SIDE ? starts : hit->part == CONE_APEX_CAP);
+        points->special[i] = truth(hit->part == CONE_APEX_CAP);
     }
 }
 
@@ -357,19 +358,39 @@ static inline struct place line_place(struct vec3 anchor, struct vec3 origin, st
                           dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
-/* cone_point() and cone_normal() on the side, for a ray that does not start on that cone. */
+/* cone_point() and cone_normal() on the side, where the parameter is t. */
+static inline void put_side(struct points *points, uint32_t i, const struct cone *cone, struct dd t,
+                            bool sure)
+{
+    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
+    struct place place = line_place(cone->base, o, d, t);
+    struct vec3 normal = plain_unit(cone_side_gradient(cone, place.offset, &sure), &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+/* For a ray that does not start on that cone. */
 static inline void find_side(struct points *points, uint32_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
-    bool sure = points->special[i] == 0;
+    bool sure = true;
     struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->t_error[i], &sure);
-    struct place place = line_place(cone.base, o, d, t);
-    struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
-    put_surface(points, i, &place, normal, sure);
+    put_side(points, i, &cone, t, sure);
 }
 
 IN_LANES(find_sides, points, find_side)
+
+/* For a ray that starts on that cone. */
+static inline void find_exit(struct points *points, uint32_t i)
+{
+    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
+    struct cone cone = cone_at(points, i);
+    bool sure = true;
+    struct dd t = cone_exit_parameter(&cone, o, d, points->t[i], points->t_error[i], &sure);
+    put_side(points, i, &cone, t, sure);
+}
+
+IN_LANES(find_exits, points, find_exit)
 
 /*
  * The parameter at which a line crosses a plane through a point: plane_parameter() and its like for a cap,
@@ -427,13 +448,13 @@ static inline void find_flat(struct points *points, uint32_t i)
 
 IN_LANES(find_flats, points, find_flat)
 
-static void find_by_groups(const struct scene *scene, const struct ray *rays,
-                           const struct hit *hits, const uint32_t first[GROUPS + 1],
-                           struct points *points)
+static void find_by_groups(const struct scene *scene, const struct hit *hits,
+                           const uint32_t first[GROUPS + 1], struct points *points)
 {
     uint32_t spheres = first[GROUP_SPHERES], triangles = first[GROUP_TRIANGLES];
     uint32_t patches = first[GROUP_PATCHES], sides = first[GROUP_SIDES];
-    uint32_t caps = first[GROUP_CAPS], flats = first[GROUP_FLATS], others = first[GROUP_OTHERS];
+    uint32_t exits = first[GROUP_EXITS], caps = first[GROUP_CAPS], flats = first[GROUP_FLATS],
+             others = first[GROUP_OTHERS];
     if (triangles > spheres) {
         gather_spheres(scene, hits, spheres, triangles, points);
         find_spheres(points, spheres, triangles);
@@ -451,8 +472,9 @@ static void find_by_groups(const struct scene *scene, const struct ray *rays,
         interpolate_normals(points, patches, sides);
     }
     if (flats > sides) {
-        gather_cones(scene, rays, hits, sides, flats, points);
-        find_sides(points, sides, caps);
+        gather_cones(scene, hits, sides, flats, points);
+        find_sides(points, sides, exits);
+        find_exits(points, exits, caps);
         find_caps(points, caps, flats);
     }
     if (others > flats) {
@@ -527,11 +549,11 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
 {
     uint32_t first[GROUPS + 1];
     points->formulas = scene->view.formulas;
-    sort_by_group(hits, count, points, first);
+    sort_by_group(rays, hits, count, points, first);
     gather_rays(rays, hits, points);
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
-    if (exact) find_by_groups(scene, rays, hits, first, points);
+    if (exact) find_by_groups(scene, hits, first, points);
     doubt_from(points, exact ? first[GROUP_OTHERS] : 0); /* lanes have the exact formulas alone */
     find_singly(scene, bvh, rays, hits, points, exact_fallbacks);
     if (exact) turn_normals(points, 0, points->count);

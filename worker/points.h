@@ -25,7 +25,7 @@ struct points {
     };
     lane_row v;
     lane_row radius; /* radius of a sphere */
-    /* 1: a ray starts on the cone that it hits; or a cap is that of the apex. */
+    /* 1: a cap is that of the apex. */
     lane_row special;
     lane_row sure; /* 1 or 0 */
 };
