@@ -139,45 +139,102 @@ static void test_leaving(void **state)
     (void)state;
     struct ray ray = ray_along(vec3(-1, 0, 1), vec3(1, 0, 0));
     ray.from_part = CONE_SIDE;
-    struct crossings found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
+    struct crossings found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 2);
     assert_int_equal(found.part[1], CONE_SIDE);
     ray.direction = vec3(1, 0, 2);
-    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 0.5);
     assert_int_equal(found.part[1], CONE_APEX_CAP);
-    found = cone_crossings(&tube, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&tube, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray.direction = vec3(-1, 0, 0.1);
-    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray = ray_along(vec3(0.25, 0, 2), vec3(0, 0, -1));
     ray.from_part = CONE_APEX_CAP;
-    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 2);
     assert_int_equal(found.part[1], CONE_BASE_CAP);
     ray.direction.z = 1;
-    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
 }
 
 /* A ray that goes down inside the cone from a point of its side leaves it through the base, and never hits the other
  * nappe. */
+/* A cone of any size, often far from the origin; a cylinder or one with a tip each third time. */
+static struct cone any_solid(uint64_t *random)
+{
+    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -120, 120));
+    double radius = size * pow(10, random_between(random, -3, random_below(random, 4) ? 0.3 : 4));
+    double far = size * pow(10, random_between(random, 0, 8));
+    struct vec3 base = random_vector(random, far);
+    return (struct cone){.base = base,
+                         .apex = vec_add(base, random_vector(random, size)),
+                         .base_radius = radius,
+                         .apex_radius = random_below(random, 3) * radius / 2,
+                         .capped = 1};
+}
+
+/* A ray from a point of this part, up to rounding, in any direction or almost along the surface or towards the rim. */
+static struct ray ray_on_part(uint64_t *random, const struct cone *cone, uint32_t part)
+{
+    struct vec3 axis = vec_sub(cone->apex, cone->base), unit = vec_normalize(axis);
+    struct vec3 out = vec_normalize(vec_cross(axis, random_vector(random, 1)));
+    double s = part == CONE_SIDE ? random_between(random, 0, 1) : part == CONE_APEX_CAP;
+    double rho = cone->base_radius + (cone->apex_radius - cone->base_radius) * s;
+    if (part != CONE_SIDE) rho *= 1 - pow(10, -random_between(random, 0, 17));
+    struct vec3 at = vec_add_scaled(vec_add_scaled(cone->base, axis, s), out, rho);
+    struct vec3 normal = part == CONE_SIDE ? out : unit, any = random_vector(random, 1);
+    struct vec3 way = random_below(random, 2) ? any : vec_cross(normal, any);
+    double off = random_between(random, -1, 1) * pow(10, -random_between(random, 0, 17));
+    way = vec_scale(vec_add_scaled(way, normal, off), pow(10, random_between(random, -6, 6)));
+    struct ray ray = ray_along(at, way);
+    ray.from = 0;
+    ray.from_part = part;
+    return ray;
+}
+
+/* The interval of a way out contains the one of double-double arithmetic, which is on its part. */
+static void test_way_out_spans(void **state)
+{
+    (void)state;
+    uint64_t random = 54;
+    unsigned count = 200000, decided = 0, known = 0;
+    for (unsigned i = 0; i < count; i++) {
+        struct cone cone = any_solid(&random);
+        uint32_t part = random_below(&random, 3);
+        struct ray ray = ray_on_part(&random, &cone, part);
+        struct cone_sketch sketch = cone_sketch(&cone, &ray);
+        struct cone_span span;
+        struct crossings found = cone_roots(&cone, &ray, true, false, &exact);
+        if (cone_sketch_holds(&sketch) && ray_leaves_cone(&cone, &sketch, part))
+            assert_true(found.t[1] == NOT_CROSSED);
+        if (!cone_way_out_span(&cone, &sketch, part, &span)) continue;
+        assert_true(span.low > 0 && span.low <= found.t[1] && found.t[1] <= span.high);
+        if (span.part_known) assert_int_equal(span.part, found.part[1]);
+        decided++;
+        known += span.part_known;
+    }
+    assert_true(decided > count / 8 && known > count / 10);
+}
+
 static void test_leaving_a_cone_downwards(void **state)
 {
     (void)state;
     struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(-0.1, 0, -1));
-    struct crossings found = cone_crossings(&spike, &ray, true, &BOTH, &exact);
+    struct crossings found = cone_crossings(&spike, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 1);
     assert_int_equal(found.part[1], CONE_BASE_CAP);
-    found = cone_crossings(&hat, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&hat, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray.direction = vec3(0.1, 0, 1); /* out, past the tip */
-    found = cone_crossings(&hat, &ray, true, &BOTH, &exact);
+    found = cone_crossings(&hat, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
 }
 
@@ -222,9 +279,9 @@ static void test_points_on_the_side(void **state)
         assert_near(found.t[which], 1, 1e-9);
         assert_int_equal(found.part[which], CONE_SIDE);
         struct ray outward = ray_along(target, normal), inward = ray_along(target, vec_neg(normal));
-        found = cone_crossings(&cone, &outward, true, &BOTH, &exact);
+        found = cone_crossings(&cone, &outward, true, &ALL_CROSSINGS, &exact);
         assert_int_equal(count_ahead(&found), 0);
-        found = cone_crossings(&cone, &inward, true, &BOTH, &exact);
+        found = cone_crossings(&cone, &inward, true, &ALL_CROSSINGS, &exact);
         if (cone.capped) assert_int_equal(count_ahead(&found), 1);
     }
 }
@@ -374,6 +431,7 @@ int main(void)
         cmocka_unit_test(test_cone_side),
         cmocka_unit_test(test_cone_generator),
         cmocka_unit_test(test_leaving),
+        cmocka_unit_test(test_way_out_spans),
         cmocka_unit_test(test_leaving_a_cone_downwards),
         cmocka_unit_test(test_points_on_the_side),
         cmocka_unit_test(test_capped_is_closed),

@@ -116,18 +116,100 @@ static inline double cone_outward(const struct cone *cone, const struct cone_ske
     return vec_dot(s->F, s->D) + t * vec_dot(s->D, s->D) - radius * widening * s->rise;
 }
 
+/* B of the file header at the ray's origin, and a bound on its error. */
+static inline double cone_inward(const struct cone *cone, const struct cone_sketch *s,
+                                 double *error)
+{
+    double widening = cone->apex_radius - cone->base_radius, size = fabs(widening);
+    double axial = (cone->base_radius + widening * (s->height / s->W)) * widening * s->rise;
+    double terms = s->width * s->width * s->reach + size * cone->base_radius * s->width;
+    *error = CONE_FILTER * s->speed * (terms + size * size * s->reach);
+    return axial - vec_dot(s->F, s->D);
+}
+
 /* Whether a ray that starts on the part from_part of the surface certainly goes outward. */
 static inline bool ray_leaves_cone(const struct cone *cone, const struct cone_sketch *s,
                                    uint32_t from_part)
 {
-    double rise_error = CONE_FILTER * s->speed * s->width;
-    if (from_part == CONE_BASE_CAP) return s->rise < -rise_error;
-    if (from_part == CONE_APEX_CAP) return s->rise > rise_error;
-    double widening = cone->apex_radius - cone->base_radius, size = fabs(widening);
-    double axial = (cone->base_radius + widening * (s->height / s->W)) * widening * s->rise;
-    double terms = s->width * s->width * s->reach + size * cone->base_radius * s->width;
-    double error = CONE_FILTER * s->speed * (terms + size * size * s->reach);
-    return axial - vec_dot(s->F, s->D) < -error;
+    double error = CONE_FILTER * s->speed * s->width;
+    if (from_part == CONE_BASE_CAP) return s->rise < -error;
+    if (from_part == CONE_APEX_CAP) return s->rise > error;
+    double inward = cone_inward(cone, s, &error);
+    return inward < -error;
+}
+
+/* The interval of a crossing, and its part, if that is known. */
+struct cone_span {
+    double low, high;
+    bool part_known;
+    uint32_t part;
+};
+
+/*
+ * The interval of the later root of the side, counted from the origin of a ray that starts on from_part; false: not
+ * decided. On the side C counts as 0. With S a bound on |F| + |w| rho0 and V on |D| + |w| rho1, A, B and C are at most
+ * V^2, S V and S^2, and err by less than e = 64 u times that: f and w err by u of themselves, F and D by 10 u, f.w by
+ * 5 u, d.w by 4 u and W by 5 u of the product of the lengths, hence rho0 by 14 u of the sum of its terms, and C, the
+ * worst, by 35 u. So B^2 - A C errs by less than 8 e (S V)^2, its root by that over the root, and a quotient N / A by
+ * (error of N + |N / A| error of A) / A, except for terms of second order and roundings, for which everything counts
+ * twice.
+ */
+static inline bool cone_side_exit(const struct cone *cone, const struct cone_sketch *s,
+                                  uint32_t from_part, struct cone_span *exit)
+{
+    double widening = cone->apex_radius - cone->base_radius, size = fabs(widening), ignored;
+    double S = s->width * (s->reach + s->radius) + size * s->reach;
+    double V = s->speed * (s->width + size), e = 2 * CONE_FILTER, slope = widening * s->rise;
+    double A = vec_dot(s->D, s->D) - slope * slope / s->W, A_error = e * V * V;
+    double B = cone_inward(cone, s, &ignored), error = e * S * V, root = B;
+    if (!(A > 64 * A_error)) return false;
+    if (from_part == CONE_SIDE) {
+        if (!(B > error)) return false;
+        error *= 2;
+    } else {
+        double radius = cone->base_radius + widening * (s->height / s->W);
+        double C = vec_dot(s->F, s->F) - s->W * radius * radius;
+        double square = B * B - A * C, square_error = 8 * e * S * S * (V * V);
+        if (!(square > 4 * square_error)) return false;
+        root = sqrt(square);
+        error += square_error / root;
+    }
+    double t = (B + root) / A, slack = 2 * (error + fabs(t) * A_error) / A;
+    *exit = (struct cone_span){t - slack, t + slack, true, CONE_SIDE};
+    return true;
+}
+
+/* The same for the plane of the cap ahead: W and f.w err by 7 u of (|f| + |w|) |w|, together with their difference. */
+static inline bool cone_cap_exit(const struct cone_sketch *s, struct cone_span *exit)
+{
+    double rise = fabs(s->rise), error = CONE_FILTER * s->speed * s->width;
+    if (!(rise > 64 * error)) return false;
+    bool up = s->rise > 0;
+    double t = (up ? s->W - s->height : s->height) / rise;
+    double slack = 2 * (CONE_FILTER * s->width * (s->reach + s->width) + fabs(t) * error) / rise;
+    *exit = (struct cone_span){t - slack, t + slack, true, up ? CONE_APEX_CAP : CONE_BASE_CAP};
+    return true;
+}
+
+/*
+ * The interval of the exit of a ray that starts on a capped cone and goes inward; false: it may go outward, or that is
+ * not decided. Products of eight lengths or directions have to stay in range.
+ */
+static inline bool cone_way_out_span(const struct cone *cone, const struct cone_sketch *s,
+                                     uint32_t from_part, struct cone_span *exit)
+{
+    struct cone_span side, cap;
+    double most =
+        larger_number(larger_number(s->reach, s->width), larger_number(s->speed, s->radius));
+    double least = smaller_number(s->width, smaller_number(s->speed, s->radius));
+    if (!(cone->capped && most < 0x1p100 && least > 0x1p-100)) return false;
+    if (!cone_cap_exit(s, &cap) || cap.part == from_part) return false;
+    if (!cone_side_exit(cone, s, from_part, &side)) return false;
+    *exit = side.high < cap.low ? side : cap;
+    exit->low = smaller_number(side.low, cap.low);
+    exit->high = smaller_number(side.high, cap.high);
+    exit->part_known = side.high < cap.low || cap.high < side.low;
+    return exit->low > 0;
 }
 
 /* cone_crossings() in double-double and exact arithmetic, for when double does not decide. */
@@ -137,17 +219,21 @@ struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool
 /*
  * The crossings where the ray enters and leaves. leaving: the ray starts on this cone. If it goes outward it cannot
  * meet the cone again, as solid and open surface are convex; if it goes inward it only has an exit. Crossings that do
- * not matter for the purpose are left out. Rays that certainly miss the cone, or do not reach it, have been sorted out
- * before: worker/solid_lanes.h. *exact counts uses of exact arithmetic.
+ * not matter for the purpose are left out; if only their number matters, t may be inexact. Rays that certainly miss the
+ * cone, or do not reach it, have been sorted out before: worker/solid_lanes.h. *exact counts uses of exact arithmetic.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
                                               bool leaving, const struct purpose *purpose,
                                               uint64_t *exact)
 {
+    struct cone_span exit;
     if (leaving) {
         struct cone_sketch s = cone_sketch(cone, ray);
         if (cone_sketch_holds(&s) && ray_leaves_cone(cone, &s, ray_from_part(ray)))
             return NO_CROSSINGS;
+        if (purpose->any && cone_way_out_span(cone, &s, ray_from_part(ray), &exit) &&
+            exit.high < purpose->farthest)
+            return (struct crossings){.t = {NOT_CROSSED, exit.high}, .part = {0, exit.part}};
     }
     return cone_roots(cone, ray, leaving, purpose->any, exact);
 }

@@ -213,19 +213,29 @@ static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double
 static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
 {
     struct sphere_span span;
+    struct cone_span exit;
     const struct probe *probe = &walk->probe;
-    if (primitive_kind(id) == PRIMITIVE_SPHERE && has_usable_spans(probe->scene, id) &&
-        sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], probe->ray, &span))
+    const struct ray *ray = probe->ray;
+    if (primitive_kind(id) == PRIMITIVE_CONE) {
+        const struct cone *cone = &scene_cones(probe->scene)[primitive_index(id)];
+        struct cone_sketch s = cone_sketch(cone, ray);
+        if (cone_way_out_span(cone, &s, ray_from_part(ray), &exit))
+            nearest_waits(walk, id, exit.low, exit.high, exit.part_known, exit.part);
+        else
+            nearest_primitive(walk, id, false);
+    } else if (has_usable_spans(probe->scene, id) &&
+               sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], ray, &span)) {
         nearest_waits(walk, id, span.low, span.high, true, CONE_SIDE);
-    else
+    } else {
         nearest_primitive(walk, id, false);
+    }
 }
 
 static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_leaf *leaf)
 {
     const struct probe *probe = &walk->probe;
     if (leaf->id == probe->ray->from) {
-        nearest_way_out(walk, leaf->id);
+        if (!is_left_behind(probe->scene, leaf->id, probe->ray)) nearest_way_out(walk, leaf->id);
         return;
     }
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
