@@ -33,7 +33,7 @@ static void test_parallel(void **state)
     }
     for (double height = -1; height <= 1; height++) {
         struct ray ray = ray_along(vec3(-5, 0, height), vec3(1, 0, 0));
-        struct crossings found = disc_crossings(&coin, &ray, &exact);
+        struct crossings found = disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact);
         assert_int_equal(count_ahead(&found), 0);
     }
 }
@@ -42,12 +42,12 @@ static void test_disc_rim(void **state)
 {
     (void)state;
     struct ray ray = ray_along(vec3(3, 0, 4), vec3(0, 0, -1));
-    assert_same(disc_crossings(&coin, &ray, &exact).t[0], 4);
+    assert_same(disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact).t[0], 4);
     ray.origin.x = nextafter(3, 4);
-    struct crossings found = disc_crossings(&coin, &ray, &exact);
+    struct crossings found = disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray.origin.x = nextafter(-1, 0);
-    assert_same(disc_crossings(&coin, &ray, &exact).t[0], 4);
+    assert_same(disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact).t[0], 4);
 }
 
 static void test_disc_slanted(void **state)
@@ -63,10 +63,38 @@ static void test_disc_slanted(void **state)
         struct ray ray =
             ray_to(random_vector(&random, 20), vec_add_scaled(disc.center, side, distance));
         if (fabs(vec_dot(vec_normalize(ray.direction), normal)) < 1e-3) continue;
-        struct crossings found = disc_crossings(&disc, &ray, &exact);
+        struct crossings found = disc_crossings(&disc, &ray, &ALL_CROSSINGS, &exact);
         assert_int_equal(count_ahead(&found), distance < 2);
         if (distance < 2) assert_near(found.t[0], 1, 1e-10);
     }
+}
+
+/* What is left out for a purpose does not matter for it. */
+static void test_disc_for_a_purpose(void **state)
+{
+    (void)state;
+    uint64_t random = 17;
+    unsigned count = 100000, met = 0;
+    for (unsigned i = 0; i < count; i++) {
+        double size = ldexp(1, random_below(&random, 4) ? 0 : random_exponent(&random, -390, 390));
+        struct disc disc = {.center = random_vector(&random, size),
+                            .normal = vec_normalize(random_vector(&random, 1)),
+                            .radius = size};
+        struct vec3 aside = vec_cross(disc.normal, random_vector(&random, 1));
+        double height = random_between(&random, -1, 1) * pow(10, -random_between(&random, 0, 17));
+        struct vec3 at = vec_add_scaled(disc.center, aside, size);
+        at = vec_add_scaled(at, disc.normal, size * height);
+        struct ray ray = ray_along(at, random_vector(&random, 1));
+        double t = disc_crossings(&disc, &ray, &ALL_CROSSINGS, &exact).t[0];
+        double off = random_between(&random, -1, 1) * pow(10, -random_between(&random, 0, 17));
+        struct purpose purpose = {random_below(&random, 2), fabs(t) * (1 + off)};
+        bool counts = t > 0 && t < purpose.farthest;
+        double found = disc_crossings(&disc, &ray, &purpose, &exact).t[0];
+        assert_true(counts == (found > 0 && found < purpose.farthest));
+        if (counts && !purpose.any) assert_same(found, t);
+        met += counts;
+    }
+    assert_true(met > count / 20);
 }
 
 static void test_disc_bounds(void **state)
@@ -91,6 +119,7 @@ int main(void)
         cmocka_unit_test(test_parallel),
         cmocka_unit_test(test_disc_rim),
         cmocka_unit_test(test_disc_slanted),
+        cmocka_unit_test(test_disc_for_a_purpose),
         cmocka_unit_test(test_disc_bounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

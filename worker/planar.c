@@ -54,7 +54,10 @@ static enum side rim_side(double pp, double radius, double error)
     return inner > 0 && pp < inner * inner ? SIDE_IN : SIDE_OPEN;
 }
 
-static enum side disc_side_filtered(const struct disc *disc, const struct ray *ray)
+/* *from, *to: the interval of the parameter t, whose error is as above; valid unless SIDE_OPEN is returned. 2^-900 is
+ * more than products lose that underflow. */
+static enum side disc_side_filtered(const struct disc *disc, const struct ray *ray, double *from,
+                                    double *to)
 {
     struct vec3 f = vec_sub(ray->origin, disc->center), d = ray->direction;
     double speed = vec_dot(d, disc->normal), size = sum_of_sizes(d);
@@ -62,7 +65,11 @@ static enum side disc_side_filtered(const struct disc *disc, const struct ray *r
     if (!(k < 0x1p46 && size > 0x1p-400 && size < 0x1p400)) return SIDE_OPEN;
     double t = -vec_dot(f, disc->normal) / speed;
     struct vec3 p = vec_add_scaled(f, d, t);
-    double error = DISC_FILTER * (k + 1) * (sum_of_sizes(f) + fabs(t) * size);
+    double reach = sum_of_sizes(f) + fabs(t) * size + 0x1p-900,
+           slack = DISC_FILTER * reach / fabs(speed);
+    double error = DISC_FILTER * (k + 1) * reach;
+    *from = t - slack;
+    *to = t + slack;
     return rim_side(vec_dot(p, p), disc->radius, error);
 }
 
@@ -111,9 +118,15 @@ static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
 }
 
 FLATTENED struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
-                                          uint64_t *exact)
+                                          const struct purpose *purpose, uint64_t *exact)
 {
-    enum side side = disc_side_filtered(disc, ray);
+    double from, to;
+    enum side side = disc_side_filtered(disc, ray, &from, &to);
+    if (side == SIDE_IN) {
+        if (to < 0 || from > purpose->farthest) return NO_CROSSINGS;
+        if (purpose->any && from > start_reach(ray) && to < purpose->farthest)
+            return one_crossing(to);
+    }
     if (side == SIDE_OPEN) {
         ++*exact;
         side = disc_side_in_dd(disc, ray);

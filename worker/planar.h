@@ -43,8 +43,12 @@ static inline struct bounds disc_bounds(const struct disc *disc)
     return bounds;
 }
 
-/* The crossing with a disc, whose rim belongs to it. Whether the ray meets it is decided exactly. */
-struct crossings disc_crossings(const struct disc *disc, const struct ray *ray, uint64_t *exact);
+/*
+ * The crossing with a disc, whose rim belongs to it. Whether the ray meets it is decided exactly. One that does not
+ * matter for the purpose may be left out; if only the number matters, t may be inexact, but not near the ray's start.
+ */
+struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
+                                const struct purpose *purpose, uint64_t *exact);
 
 /* The point at which the ray crosses a plane, relative to the plane's point. */
 struct dd3 plane_point(struct vec3 point, struct vec3 normal, const struct ray *ray);

@@ -155,7 +155,7 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     case PRIMITIVE_CONE:
         return cone_crossings_ahead(scene, id, ray, purpose, exact);
     case PRIMITIVE_DISC:
-        if (!leaving) found = disc_crossings(&scene_discs(scene)[index], ray, exact);
+        if (!leaving) found = disc_crossings(&scene_discs(scene)[index], ray, purpose, exact);
         return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_PLANE:
         if (!leaving) found = plane_crossings(&scene_planes(scene)[index], ray);
