@@ -1,6 +1,7 @@
 #include "common/orphan.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -23,15 +24,22 @@ void orphan_leave(double silence, double patience)
     fatal("nothing has come for %.0f s, and what had started this rank is gone", silence);
 }
 
+/* Takes the semaphore if it is posted within so many seconds, however often signals interrupt the waiting. */
+static bool take_within(sem_t *posted, double seconds)
+{
+    struct timespec until = clock_span(clock_wall() + seconds);
+    while (sem_clockwait(posted, CLOCK_MONOTONIC, &until) != 0) {
+        if (errno == ETIMEDOUT) return false;
+        if (errno != EINTR) fatal("cannot wait for another process: %s", strerror(errno));
+    }
+    return true;
+}
+
 /* Counts looks instead of reading the clock: while the process is suspended, nothing can come. */
 void orphan_wait(sem_t *posted, double patience)
 {
     double silence = 0;
-    for (;;) {
-        struct timespec until = clock_span(clock_wall() + LOOK_EVERY);
-        if (sem_clockwait(posted, CLOCK_MONOTONIC, &until) == 0) return;
-        if (errno == EINTR) continue;
-        if (errno != ETIMEDOUT) fatal("cannot wait for another process: %s", strerror(errno));
+    while (!take_within(posted, LOOK_EVERY)) {
         silence += LOOK_EVERY;
         orphan_leave(silence, patience);
     }
