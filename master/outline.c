@@ -7,8 +7,8 @@
 
 struct outline {
     const struct builder *builder;
-    struct vec3 *corners; /* of all triangles and patches, each vertex once */
-    uint32_t corner_count;
+    bool *
+        used; /* per vertex: it is a corner of a triangle or patch; owned. Others do not belong to the scene. */
 };
 
 /* ---- the corners of meshes ---- */
@@ -19,7 +19,6 @@ static void note_corners(bool *used, const uint32_t vertex[3])
         used[vertex[i]] = true;
 }
 
-/* Sets used[] where a triangle or patch has the vertex: vertices without any do not belong to the scene. */
 static void find_used(const struct builder *builder, bool *used)
 {
     const struct triangle *triangles = builder_items(builder, PRIMITIVE_TRIANGLE);
@@ -30,29 +29,18 @@ static void find_used(const struct builder *builder, bool *used)
         note_corners(used, patches[i].vertex);
 }
 
-static void gather_corners(struct outline *outline)
-{
-    uint32_t count = builder_vertex_count(outline->builder);
-    bool *used = allocate_zeroed(count, sizeof *used);
-    find_used(outline->builder, used);
-    outline->corners = allocate(count, sizeof *outline->corners);
-    for (uint32_t i = 0; i < count; i++)
-        if (used[i])
-            outline->corners[outline->corner_count++] = builder_vertex(outline->builder, i);
-    free(used);
-}
-
 struct outline *outline_create(const struct builder *builder)
 {
     struct outline *outline = allocate_zeroed(1, sizeof *outline);
     outline->builder = builder;
-    gather_corners(outline);
+    outline->used = allocate_zeroed(builder_vertex_count(builder), sizeof *outline->used);
+    find_used(builder, outline->used);
     return outline;
 }
 
 void outline_destroy(struct outline *outline)
 {
-    free(outline->corners);
+    free(outline->used);
     free(outline);
 }
 
@@ -61,9 +49,12 @@ void outline_destroy(struct outline *outline)
 static double corners_support(const struct outline *outline, struct vec3 origin,
                               struct vec3 direction)
 {
+    uint32_t vertices = builder_vertex_count(outline->builder);
     double most = -HUGE_VAL;
-    for (uint32_t i = 0; i < outline->corner_count; i++) {
-        double support = vec_dot(vec_sub(outline->corners[i], origin), direction);
+    for (uint32_t i = 0; i < vertices; i++) {
+        if (!outline->used[i]) continue;
+        struct vec3 corner = vec_sub(builder_vertex(outline->builder, i), origin);
+        double support = vec_dot(corner, direction);
         if (support > most)
             most = support; /* fmax() would be a call, of which large meshes make millions */
     }
