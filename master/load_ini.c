@@ -87,15 +87,13 @@ static bool refuse_mesh_name(const struct reading *at, const char *file)
     return false;
 }
 
-/* The key of this section that is most likely to make values infinite or zero; that of an outer section if it has none
- * that places. */
-static struct placed placed_by(const struct reading *at)
+/* The key of this section that can have made values infinite or zero; that of an outer section if none here can. */
+static struct placed placed_by(const struct reading *at, double scale, struct vec3 translate)
 {
-    static const char *const keys[] = {"scale", "translate", "rotate"};
-    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
-        if (ini_entry(at->section, keys[i]))
-            return (struct placed){keys[i], ini_place_of(at->ini, at->section, keys[i])};
-    return at->part->placed;
+    bool moves = translate.x != 0 || translate.y != 0 || translate.z != 0;
+    const char *key = scale != 1 ? "scale" : moves ? "translate" : NULL;
+    if (!key) return at->part->placed;
+    return (struct placed){key, ini_place_of(at->ini, at->section, key)};
 }
 
 static bool load_mesh(const struct reading *at, void *data)
@@ -103,7 +101,7 @@ static bool load_mesh(const struct reading *at, void *data)
     struct mesh_section *s = data;
     struct placement own = placement_make(s->rotate, s->scale, s->translate);
     struct mesh mesh = {.placement = placement_compose(&at->part->placement, &own),
-                        .placed = placed_by(at),
+                        .placed = placed_by(at, s->scale, s->translate),
                         .crease = ini_entry(at->section, "smooth") ? s->crease : CREASE_OF_FILE};
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
     if (!path_has_extension(s->file, ".obj")) return refuse_mesh_name(at, s->file);
@@ -179,7 +177,7 @@ static bool load_include(const struct reading *at, void *data)
                          .real_path = path_absolute(named.path),
                          .root = named.root,
                          .placement = placement_compose(&at->part->placement, &own),
-                         .placed = placed_by(at)};
+                         .placed = placed_by(at, s->scale, s->translate)};
     bool good = load_part(at, &inner);
     part_free(&inner);
     free(named.path);

@@ -112,7 +112,7 @@ static bool load_material(const struct reading *at, uint32_t *index)
     if (!*at->section->name)
         return refuse_section_key(at, "", "a material needs a name, expected [material NAME]");
     if (!read_material(at->ini, at->section, &material)) return false;
-    return accept_object(at, builder_add_material(at->part->loader->builder, &material, index));
+    return accept_section(at, builder_add_material(at->part->loader->builder, &material, index));
 }
 
 static int compare_materials(const void *a, const void *b)

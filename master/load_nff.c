@@ -61,6 +61,12 @@ static bool refuse(const struct nff *nff, const char *text)
 /* Reports an error that the builder has returned in `why`. Returns whether there was none (NULL). */
 static bool accept(const struct nff *nff, const char *why)
 {
+    return !why || refuse(nff, why);
+}
+
+/* The same for what has a place: the message also says what places it. */
+static bool accept_placed(const struct nff *nff, const char *why)
+{
     if (!why) return true;
     char *text = why_placed(why, &nff->part->placed);
     refuse(nff, text);
@@ -200,7 +206,7 @@ static bool read_sphere(struct nff *nff)
     sphere.inside_only = sphere.radius < 0;
     sphere.radius = fabs(sphere.radius) * nff->part->placement.scale;
     sphere.center = placement_point(&nff->part->placement, sphere.center);
-    return accept(nff, builder_add_sphere(nff->builder, &sphere));
+    return accept_placed(nff, builder_add_sphere(nff->builder, &sphere));
 }
 
 /* Reads one end of a cone, which has a line of its own. */
@@ -228,7 +234,7 @@ static bool read_cone(struct nff *nff)
     cone.apex = placement_point(placement, cone.apex);
     cone.base_radius = fabs(cone.base_radius) * placement->scale;
     cone.apex_radius = fabs(cone.apex_radius) * placement->scale;
-    return accept(nff, builder_add_cone(nff->builder, &cone));
+    return accept_placed(nff, builder_add_cone(nff->builder, &cone));
 }
 
 static void make_corner_room(struct nff *nff, uint32_t corners)
@@ -252,12 +258,13 @@ static bool read_corner(struct nff *nff, uint32_t i, bool with_normals)
         return false;
     const struct placement *placement = &nff->part->placement;
     nff->corners[i] = placement_point(placement, nff->corners[i]);
-    if (!accept(nff, builder_add_vertex(nff->builder, nff->corners[i], &nff->vertex_index[i])))
+    if (!accept_placed(nff,
+                       builder_add_vertex(nff->builder, nff->corners[i], &nff->vertex_index[i])))
         return false;
     return !with_normals ||
-           accept(nff,
-                  builder_add_normal(nff->builder, placement_direction(placement, nff->normals[i]),
-                                     &nff->normal_index[i]));
+           accept_placed(nff, builder_add_normal(nff->builder,
+                                                 placement_direction(placement, nff->normals[i]),
+                                                 &nff->normal_index[i]));
 }
 
 static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with_normals)
@@ -299,7 +306,7 @@ static bool read_corners(struct nff *nff, bool with_normals)
     if (!accept(nff, triangulate(nff->corners, corners, &nff->triangulation))) return false;
     faces_note_polygon(&nff->faces, nff->corners, &nff->triangulation, nff->path, nff->scan.line);
     for (size_t i = 0; i < nff->triangulation.count; i++)
-        if (!accept(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
+        if (!accept_placed(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
             return false;
     return true;
 }
@@ -347,7 +354,7 @@ static bool add_lights(struct nff *nff)
         struct light light = nff->lights[i].light;
         if (!nff->lights[i].colored) light.color = vec3(share, share, share);
         light.position = placement_point(&nff->part->placement, light.position);
-        if (!accept(nff, builder_add_light(nff->builder, &light))) return false;
+        if (!accept_placed(nff, builder_add_light(nff->builder, &light))) return false;
     }
     return true;
 }

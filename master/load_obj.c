@@ -68,6 +68,12 @@ static bool refuse(const struct obj *obj, const char *text)
 
 static bool accept(const struct obj *obj, const char *why)
 {
+    return !why || refuse(obj, why);
+}
+
+/* The same for what has a place: the message also says what places it. */
+static bool accept_placed(const struct obj *obj, const char *why)
+{
     if (!why) return true;
     char *text = why_placed(why, &obj->mesh->placed);
     refuse(obj, text);
@@ -89,8 +95,9 @@ static bool read_vertex(struct obj *obj)
     if (!scan_at_end(&obj->scan)) return refuse(obj, "'v' needs three to seven finite numbers");
     uint32_t index;
     obj->vertex_count++;
-    return accept(obj, builder_add_vertex(obj->builder,
-                                          placement_point(&obj->mesh->placement, point), &index));
+    return accept_placed(
+        obj,
+        builder_add_vertex(obj->builder, placement_point(&obj->mesh->placement, point), &index));
 }
 
 /* Zero normals, which some programs write, count as none, as do all normals of a mesh that is to be flat. */
@@ -105,9 +112,9 @@ static bool read_normal(struct obj *obj)
     uint32_t *index = &obj->normals[obj->normal_count++];
     *index = NONE;
     if (vec_is_zero(normal) || obj->mesh->crease == 0) return true;
-    return accept(obj,
-                  builder_add_normal(obj->builder,
-                                     placement_direction(&obj->mesh->placement, normal), index));
+    return accept_placed(obj, builder_add_normal(obj->builder,
+                                                 placement_direction(&obj->mesh->placement, normal),
+                                                 index));
 }
 
 /* ---- faces ---- */
@@ -252,7 +259,7 @@ static bool read_triangle(struct obj *obj)
     for (int i = 0; i < 3; i++)
         point[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
     faces_note_triangle(&obj->faces, point, obj->scan.line);
-    return accept(obj, add_triangle(obj, all));
+    return accept_placed(obj, add_triangle(obj, all));
 }
 
 static bool read_face(struct obj *obj)
@@ -265,7 +272,7 @@ static bool read_face(struct obj *obj)
     if (!accept(obj, triangulate(obj->points, obj->corner_count, triangles))) return false;
     faces_note_polygon(&obj->faces, obj->points, triangles, obj->mesh->path, obj->scan.line);
     for (size_t i = 0; i < triangles->count; i++)
-        if (!accept(obj, add_triangle(obj, triangles->triangles[i]))) return false;
+        if (!accept_placed(obj, add_triangle(obj, triangles->triangles[i]))) return false;
     return true;
 }
 
@@ -451,8 +458,8 @@ static bool read_all(struct obj *obj)
     }
     faces_warn_of_flat(&obj->faces, obj->mesh->path);
     double crease = fmax(obj->mesh->crease, 0);
-    return amended_found(obj) &&
-           accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));
+    return amended_found(obj) && accept_placed(obj, add_smooth_triangles(obj->builder, obj->plain,
+                                                                         obj->plain_count, crease));
 }
 
 bool load_obj(const struct part *part, const struct mesh *mesh)

@@ -34,16 +34,21 @@ static const char *key_of_argument(const struct reading *at)
     return key;
 }
 
-static bool refuse_object(const struct reading *at, const char *why)
+static bool refuse_values(const struct reading *at, const char *why)
 {
     return refuse_section_key(at, key_of_argument(at), why);
+}
+
+bool accept_section(const struct reading *at, const char *why)
+{
+    return !why || refuse_values(at, why);
 }
 
 bool accept_object(const struct reading *at, const char *why)
 {
     if (!why) return true;
     char *text = why_placed(why, &at->part->placed);
-    refuse_object(at, text);
+    refuse_values(at, text);
     free(text);
     return false;
 }
@@ -118,7 +123,7 @@ bool load_triangle(const struct reading *at, void *data)
     struct triangle triangle;
     if (!resolve_material(at, &s->object, &triangle.material)) return false;
     if (!corners_have_area(s->corner[0], s->corner[1], s->corner[2]))
-        return refuse_object(at, "the corners lie on a line, expected a triangle with an area");
+        return refuse_values(at, "the corners lie on a line, expected a triangle with an area");
     for (int i = 0; i < 3; i++) {
         struct vec3 corner = placement_point(&at->part->placement, s->corner[i]);
         if (!accept_object(at, builder_add_vertex(builder, corner, &triangle.vertex[i])))
@@ -160,7 +165,7 @@ bool load_box(const struct reading *at, void *data)
     const struct placement *placement = &at->part->placement;
     if (!resolve_material(at, &s->object, &box->material)) return false;
     if (!box_has_volume(box))
-        return refuse_object(at, "the box has no volume, expected min < max in every component");
+        return refuse_values(at, "the box has no volume, expected min < max in every component");
     if (!placement_keeps_axes(placement))
         return accept_object(at, add_turned_box(builder, placement, box));
     struct vec3 a = placement_point(placement, box->min), b = placement_point(placement, box->max);

@@ -431,6 +431,10 @@ static void test_placed_too_far(void **state)
     refused(state, "[include]\nfile = part.nff\nscale = 1e200\n",
             "part.nff:1: the center is not finite, expected three finite numbers (after scale of "
             "scene.ini:3)");
+    scratch_write("turned.ini", "[include]\nfile = part.ini\nscale = 1\nrotate = 0 90 0\n");
+    refused(state, "[include]\nfile = turned.ini\nscale = 1e200\n",
+            "part.ini:1: [sphere ball]: the center is not finite, expected three finite numbers "
+            "(after scale of scene.ini:3)");
     refused(state, "[mesh]\nfile = mesh.obj\nscale = 1e200\n",
             "mesh.obj:2: a corner is not finite, expected three finite numbers (after scale of "
             "scene.ini:3)");
