@@ -150,7 +150,7 @@ struct cone_span {
  * decided. On the side C counts as 0. With S a bound on |F| + |w| rho0 and V on |D| + |w| rho1, A, B and C are at most
  * V^2, S V and S^2, and err by less than e = 64 u times that: f and w err by u of themselves, F and D by 10 u, f.w by
  * 5 u, d.w by 4 u and W by 5 u of the product of the lengths, hence rho0 by 14 u of the sum of its terms, and C, the
- * worst, by 35 u. So B^2 - A C errs by less than 8 e (S V)^2, its root by that over the root, and a quotient N / A by
+ * worst, by 36 u. So B^2 - A C errs by less than 8 e (S V)^2, its root by that over the root, and a quotient N / A by
  * (error of N + |N / A| error of A) / A, except for terms of second order and roundings, for which everything counts
  * twice.
  */
