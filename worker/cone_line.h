@@ -231,7 +231,7 @@ static inline struct dd cone_exit_parameter(const struct cone *cone, struct vec3
     double S = line.radial, C_error = 64 * DD_ROUNDOFF * S * S + 2 * S * line.radial_error;
     bool later = 4 * (fabs(line.C.high) + C_error) * it.A.high < q.high * q.high;
     bool is_known = later & (q.high > 0);
-    *sure &= is_known | !it.cancelled;
+    *sure &= is_known | (!it.cancelled);
     *sure &= it.first.high != it.second.high;
     bool is_first = it.first.high > it.second.high;
     double high = is_first ? it.first.high : it.second.high;
