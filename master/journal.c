@@ -218,7 +218,7 @@ static void sync_now(struct journal *journal)
     if (!journal->unsynced) return;
     if (fdatasync(journal->file) != 0) tell_failure(journal, errno);
     journal->unsynced = false;
-    if (!journal->folder_synced) sync_folder(journal->path);
+    if (!journal->folder_synced) sync_folder_of(journal->path);
     journal->folder_synced = true;
 }
 
@@ -504,7 +504,7 @@ bool journal_move(struct journal *journal, const char *path, uint64_t more)
         close(file);
         return false;
     }
-    sync_folder(path);
+    sync_folder_of(path);
     journal->folder_synced = true;
     leave_file(journal);
     journal->file = file;

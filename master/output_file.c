@@ -128,7 +128,7 @@ static void output_check(struct output *output, int failed)
     if (failed && !output->error) output->error = errno ? errno : EIO;
 }
 
-void sync_folder(const char *path)
+void sync_folder_of(const char *path)
 {
     char *folder = path_directory(path);
     int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -147,7 +147,7 @@ int output_close(struct output *output)
         output_check(output, fclose(output->file));
         if (output->temporary && !output->error)
             output_check(output, rename(output->temporary, output->target));
-        if (output->temporary && !output->error) sync_folder(output->target);
+        if (output->temporary && !output->error) sync_folder_of(output->target);
     }
     if (output->temporary && output->error) unlink(output->temporary);
     free(output->target);

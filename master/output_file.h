@@ -25,7 +25,7 @@ bool output_refused(const char *path, const char *key, int error);
 
 /* Makes durable that a file was created at path or renamed to it: without this, the death of the machine may undo it.
  * Some file systems cannot do it; the file itself is written in any case. */
-void sync_folder(const char *path);
+void sync_folder_of(const char *path);
 
 /* Opens a file for writing in place, without a temporary one; NULL with errno set. The caller closes it. */
 FILE *open_in_place(const char *path);
