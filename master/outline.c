@@ -7,8 +7,8 @@
 
 struct outline {
     const struct builder *builder;
-    bool *
-        used; /* per vertex: it is a corner of a triangle or patch; owned. Others do not belong to the scene. */
+    /* Per vertex: whether it is a corner of a triangle or patch; owned. Others do not belong to the scene. */
+    bool *used;
 };
 
 /* ---- the corners of meshes ---- */
