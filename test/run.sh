@@ -1,17 +1,17 @@
 #!/bin/sh
-# Runs every test and ends with "N passed, N failed".
+# run.sh: runs every test and ends with "N passed, N failed". run.sh LOGS COMMAND...: runs one of them, with its output
+# and its counts in the folder LOGS.
 #
 # Unit tests (cmocka) and scripts print one "ok" or "not ok" line per test (TAP). A program that fails without a "not
 # ok", or that prints neither, counts as one failure. The Makefile sets UNITS (programs), FARM (the program under test)
 # and MPIEXEC.
 set -u
-cd "$(dirname "$0")/.." || exit 1
-passed=0 failed=0 skipped=0
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
 
-run_one() { # name command...
-    name=$1; shift
+run_one() { # LOGS COMMAND...
+    logs=$1; shift
+    for name; do :; done # the last word: a unit test, or the script that sh runs
+    name=$(basename "$name")
+    log=$logs/$name
     CMOCKA_MESSAGE_OUTPUT=TAP timeout 300 "$@" >"$log" 2>&1
     status=$?
     # cmocka prints "not ok N # SKIP" for a test that does not apply, such as that of permissions as root.
@@ -19,7 +19,7 @@ run_one() { # name command...
     bad=$(($(grep -c '^not ok ' "$log") - left_out))
     if [ "$status" -ne 0 ] && [ "$bad" -eq 0 ]; then bad=1; fi
     if [ $((good + bad + left_out)) -eq 0 ]; then bad=1; fi
-    passed=$((passed + good)) failed=$((failed + bad)) skipped=$((skipped + left_out))
+    echo "$good $bad $left_out" >"$log.counts"
     if [ "$bad" -eq 0 ]; then
         printf '%-28s %4d passed\n' "$name" "$good"
         sed -n 's/^not ok .*# SKIP/    skipped:/p' "$log"
@@ -29,14 +29,25 @@ run_one() { # name command...
     fi
 }
 
-# The unit tests detect leaks; the scripts do not, because of leaks inside MPI and its transport.
-for unit in $UNITS; do
-    run_one "$(basename "$unit")" "$unit"
-done
+if [ $# -gt 0 ]; then run_one "$@"; exit; fi
+cd "$(dirname "$0")/.." || exit 1
+logs=$(mktemp -d)
+trap 'rm -rf "$logs"' EXIT
+
+# A unit test is one process, most of the time of one thread: one on each core. The scripts start farms that use all
+# cores, and some measure time: one after the other. Unit tests detect leaks; scripts do not, because of leaks inside
+# MPI and its transport.
+printf '%s\n' $UNITS | xargs -P "$(nproc)" -n 1 sh test/run.sh "$logs"
 export ASAN_OPTIONS="detect_leaks=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 for script in test/test_*.sh; do
-    run_one "$(basename "$script")" sh "$script"
+    run_one "$logs" sh "$script"
 done
-[ "$skipped" -eq 0 ] || echo "$skipped skipped, as they do not apply here"
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
+tests=$(($(printf '%s\n' $UNITS test/test_*.sh | wc -l)))
+cat "$logs"/*.counts | awk -v tests="$tests" '
+    { passed += $1; failed += $2; skipped += $3 }
+    END {
+        failed += tests - NR # one that left no counts
+        if (skipped) print skipped " skipped, as they do not apply here"
+        print passed + 0 " passed, " failed + 0 " failed"
+        exit failed > 0 || !passed
+    }'
