@@ -126,28 +126,12 @@ static void put_shared_cores(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* Three significant digits; whole seconds from 1000 s on; an exponent from 1e9 s on. */
+/* Three significant digits, and whole seconds from 1000 s on. */
 static struct figure rough_seconds(double seconds)
 {
-    struct figure figure;
-    bool many = seconds >= 999.5 && seconds < 1e9;
-    snprintf(figure.text, sizeof figure.text, many ? "%.0f" : "%.3g", seconds);
-    return figure;
-}
-
-/* An error without an exponent: 0.00005, not 5e-05. */
-static struct figure error_digits(double error, int digits)
-{
-    struct figure figure;
-    int decimals = error > 0 && error < 1 ? digits - 1 - (int)floor(log10(error)) : 0;
-    if (error >= 1 || decimals > 8) decimals = 0;
-    snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g",
-             decimals ? decimals : digits, error);
-    size_t end = strlen(figure.text);
-    if (decimals == 0) return figure;
-    while (end > 1 && figure.text[end - 1] == '0')
-        figure.text[--end] = '\0';
-    if (figure.text[end - 1] == '.') figure.text[end - 1] = '\0';
+    struct figure figure = figure_digits(seconds, 3);
+    if (seconds >= 999.5 && seconds < 1e9)
+        snprintf(figure.text, sizeof figure.text, "%.0f", seconds);
     return figure;
 }
 
@@ -155,7 +139,13 @@ static struct figure error_digits(double error, int digits)
 
 static struct figure error_figure(double error)
 {
-    return error_digits(error, ERROR_DIGITS);
+    return figure_digits(error, ERROR_DIGITS);
+}
+
+/* The goal of a forecast: a round number of one or two digits, or half of the error. */
+static struct figure goal_figure(double goal)
+{
+    return figure_round(strtod(error_figure(goal).text, NULL));
 }
 
 /* An upper bound of an error in the same format, rounded up so that the figure is a bound, too. */
@@ -169,14 +159,14 @@ static struct figure bound_figure(double bound)
 static void put_beyond(struct table *table, const struct error_forecast *forecast,
                        uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(forecast->goal).text,
+    flow(table, "%s is beyond sampling.max_samples = %u", goal_figure(forecast->goal).text,
          most_samples);
     if (forecast->max_samples > 0) flow(table, "%u would be enough", forecast->max_samples);
     end_flow(table);
 }
 
-/* "0.001 would take about 41 s (36 to 50), with 256 samples, ...". elapsed_s: seconds of this run, and of the earlier
- * run that it goes on with. The times printed are those of one run that renders everything itself. */
+/* "0.001 would take about 41.2 s (36.0 to 50.1), with 256 samples, ...". elapsed_s: seconds of this run, and of the
+ * earlier run that it goes on with. The times printed are those of one run that renders everything itself. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
@@ -192,7 +182,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     double low, high;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
-    flow(table, "%s would take about %s s", error_figure(forecast->goal).text,
+    flow(table, "%s would take about %s s", goal_figure(forecast->goal).text,
          rough_seconds(others + seconds).text);
     flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
             rough_seconds(others + high).text);
@@ -256,9 +246,9 @@ static void put_estimate(struct table *table, const struct error_estimate *estim
     bool alike =
         look_alike(estimate->rmse, estimate->low) || look_alike(estimate->rmse, estimate->high);
     int digits = alike ? ERROR_DIGITS + 1 : ERROR_DIGITS;
-    flow(table, "sampling error: RMSE %s", error_digits(estimate->rmse, digits).text);
-    flow_on(table, "(%s to %s)", error_digits(estimate->low, digits).text,
-            error_digits(estimate->high, digits).text);
+    flow(table, "sampling error: RMSE %s", figure_digits(estimate->rmse, digits).text);
+    flow_on(table, "(%s to %s)", figure_digits(estimate->low, digits).text,
+            figure_digits(estimate->high, digits).text);
 }
 
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
@@ -274,7 +264,10 @@ static void put_error(struct table *table, const struct report *report)
     put_estimate(table, &last->estimate);
     put_share(table, last->sampled_share);
     if (report_picture_counts(report).nonfinite) flow_on(table, "of what is finite,");
-    flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
+    if (last->elapsed_s < 1)
+        flow_on(table, "after %s s", figure_digits(last->elapsed_s, 2).text);
+    else
+        flow_on(table, "after %.1f s", last->elapsed_s);
     if (before > 0) {
         bool shared = report->resumed.cpu_s > before;
         flow_on(table, "and %.1f s of an earlier run", before);
@@ -346,7 +339,7 @@ static void put_end(struct table *table, const struct report *report)
     if (report->ended == ENDED_BY_MAX_SAMPLES) flow(table, "stopped by sampling.max_samples");
     if (report->ended == ENDED_WITHOUT_ERROR) flow(table, "stopped as samples show no error");
     if (report->target > 0) {
-        flow(table, "sampling.target_error = %g is %s", report->target,
+        flow(table, "sampling.target_error = %s is %s", figure_round(report->target).text,
              report->ended == ENDED_BY_TARGET ? "met" : "not met");
         if (report_picture_counts(report).nonfinite) flow_on(table, "by what is finite");
     }

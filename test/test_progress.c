@@ -91,6 +91,40 @@ static void test_counts(void **state)
     assert_string_equal(figure_count((double)NAN).text, "> 999T");
 }
 
+/* As many digits as asked for, zeros included; a figure that is rounded up gets no digit more. */
+static void test_digits(void **state)
+{
+    (void)state;
+    assert_string_equal(figure_digits(0.002997, 2).text, "0.0030");
+    assert_string_equal(figure_digits(0.002997, 3).text, "0.00300");
+    assert_string_equal(figure_digits(0.000996, 2).text, "0.0010");
+    assert_string_equal(figure_digits(1, 2).text, "1.0");
+    assert_string_equal(figure_digits(40.96, 3).text, "41.0");
+    assert_string_equal(figure_digits(128, 2).text, "130");
+    assert_string_equal(figure_digits(999999, 6).text, "999999");
+    assert_string_equal(figure_digits(999999, 2).text, "1.0e+06");
+    assert_string_equal(figure_digits(1e-7, 2).text, "0.00000010");
+    assert_string_equal(figure_digits(9.9e-8, 2).text, "9.9e-08");
+    assert_string_equal(figure_digits(1e-300, 6).text, "1.00000e-300");
+    assert_string_equal(figure_digits(0, 2).text, "0");
+    assert_string_equal(figure_digits(HUGE_VAL, 2).text, "inf");
+}
+
+/* A value that was typed looks as it did, also where %g would give it an exponent. */
+static void test_round(void **state)
+{
+    (void)state;
+    assert_string_equal(figure_round(0.0005).text, "0.0005");
+    assert_string_equal(figure_round(0.00005).text, "0.00005");
+    assert_string_equal(figure_round(0.00125).text, "0.00125");
+    assert_string_equal(figure_round(1.5e-7).text, "0.00000015");
+    assert_string_equal(figure_round(1e-9).text, "1e-09");
+    assert_string_equal(figure_round(1).text, "1");
+    assert_string_equal(figure_round(100).text, "100");
+    assert_string_equal(figure_round(2.5e10).text, "2.5e+10");
+    assert_string_equal(figure_round(0).text, "0");
+}
+
 static void test_spans(void **state)
 {
     (void)state;
@@ -516,6 +550,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_digits),
+        cmocka_unit_test(test_round),
         cmocka_unit_test(test_spans),
         cmocka_unit_test(test_bar),
         cmocka_unit_test(test_tiles_of_a_pass),

@@ -34,7 +34,8 @@ static void test_table_no_forecast(void **state)
     struct error_row row;
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
-    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
+    report.forecast =
+        (struct error_forecast){.rmse = 0.000098, .goal = 0.000049123, .beyond = true};
     report.max_samples = 64;
     report.ended = ENDED_BY_TARGET;
     report.target = 0.0001;
@@ -48,7 +49,7 @@ static void test_table_no_forecast(void **state)
     assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64, 256 would be enough\n");
     free(text);
     text = report_json(&report);
-    assert_has(text, "\"beyond_rmse\": 4.9e-05,\n    \"enough_samples\": 256\n");
+    assert_has(text, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
     assert_has(text, "\"forecast\": null");
     free(text);
     report.forecast = (struct error_forecast){.known = false};
@@ -60,6 +61,10 @@ static void test_table_no_forecast(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\nstopped by sampling.time_limit, "
                      "sampling.target_error = 0.0001 is not met\n");
+    free(text);
+    report.target = 0.00005;
+    text = table_text(&report, 80);
+    assert_has(text, "sampling.target_error = 0.00005 is not met\n");
     free(text);
     report.target = 0;
     text = table_text(&report, 80);
@@ -101,7 +106,7 @@ static void test_table_steep_forecast(void **state)
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06, 0};
     char *text = table_text(&report, 80), *json = report_json(&report);
-    assert_has(text, "\n0.00004 would take about 2.41 s (2.4 to 2.47)\n");
+    assert_has(text, "\n0.00004 would take about 2.41 s (2.40 to 2.47)\n");
     assert_has(json, "\"slope\": -351.1,");
     free(text);
     free(json);
@@ -140,6 +145,8 @@ static void test_table_error(void **state)
     assert_table_has(&report, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
     row.elapsed_s = 0.0374;
     assert_table_has(&report, " after 0.037 s\n");
+    row.elapsed_s = 0.201;
+    assert_table_has(&report, " after 0.20 s\n");
 }
 
 /* An interval does not read like a single figure. */
@@ -153,8 +160,12 @@ static void test_table_narrow_interval(void **state)
     row.estimate = (struct error_estimate){0.001121, 0.001109, 0.001134};
     assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
     row.estimate = (struct error_estimate){0.00112, 0.00104, 0.00116};
-    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.001 to 0.0012) after");
-    row.estimate.low = 0.00107;
+    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.0010 to 0.0012) after");
+    row.estimate = (struct error_estimate){0.002997, 0.0025, 0.0031};
+    assert_table_has(&report, "\nsampling error: RMSE 0.0030 (0.0025 to 0.0031) after");
+    row.estimate = (struct error_estimate){0.002997, 0.00289, 0.00301};
+    assert_table_has(&report, "\nsampling error: RMSE 0.00300 (0.00289 to 0.00301) after");
+    row.estimate = (struct error_estimate){0.00112, 0.00107, 0.00116};
     assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00107 to 0.00116) after");
 }
 
@@ -189,9 +200,9 @@ static void test_table_error_of_two_runs(void **state)
     report.resumed.cpu_s = 20;
     assert_table_has(&report,
                      " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
-                     "  RMSE 0.00009 against the reference\n0.00002 would take about 289 s (");
+                     "  RMSE 0.000090 against the reference\n0.00002 would take about 289 s (");
     row.true_rmse = 0.2;
-    assert_table_has(&report, "\n  RMSE 0.2 against the reference (is it of this view?)\n");
+    assert_table_has(&report, "\n  RMSE 0.20 against the reference (is it of this view?)\n");
 }
 
 /* Where only a part of the pixels has samples. */
@@ -217,7 +228,7 @@ static void test_table_error_of_a_part(void **state)
     row.sampled_share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
     /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
-    assert_table_has(&report, "about 0.0081 of the whole picture, 0.01 of what is guessed");
+    assert_table_has(&report, "about 0.0081 of the whole picture, 0.010 of what is guessed");
     char *json = report_json(&report);
     assert_has(json, "\"guessed_rmse\": 0.01\n");
     free(json);
@@ -225,7 +236,7 @@ static void test_table_error_of_a_part(void **state)
     row.true_rmse = (double)NAN;
     report.has_reference = true;
     report.truth.rmse = 0.0123;
-    assert_table_has(&report, ", 0.01 of what is guessed\n"
+    assert_table_has(&report, ", 0.010 of what is guessed\n"
                               "  RMSE 0.012 of the whole picture against the reference\n");
     row.true_rmse = 0.2;
     report.has_reference = false;
