@@ -1,4 +1,5 @@
 /* The start of a run on rank 0: loads the scene, makes the queue, tests the outputs and opens the journal. */
+#include <math.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 
@@ -116,7 +117,7 @@ static void print_count(const char *before, uint64_t count, const char *name, co
 
 /* Bounding box of all objects but planes. */
 struct scene_box {
-    bool any;
+    bool any, planes; /* whether there are such objects, and planes */
     struct vec3 min, max;
 };
 
@@ -124,22 +125,51 @@ static void find_box(const struct builder *builder, struct scene_box *box)
 {
     struct outline *outline = outline_create(builder);
     box->any = outline_bounds(outline, &box->min, &box->max);
+    box->planes = builder_kind_count(builder, PRIMITIVE_PLANE) > 0;
     outline_destroy(outline);
 }
 
-static void print_corner(const char *before, struct vec3 corner, const char *after)
+/* Significant digits: those of single precision, in which most meshes are made, and those that tell all doubles
+ * apart. */
+enum { BOX_DIGITS = 7, DOUBLE_DIGITS = 17 };
+
+static double rounded(double value, int digits)
 {
-    char x[NUMBER_TEXT_SIZE], y[NUMBER_TEXT_SIZE], z[NUMBER_TEXT_SIZE];
+    char text[NUMBER_TEXT_SIZE];
+    double shown = value; /* also where the text is no finite number */
+    snprintf(text, sizeof text, "%.*g", digits, value);
+    (void)number_parse(text, &shown);
+    return shown;
+}
+
+/* The digits that show how far apart the ends are, to a thousandth: the box of a small thing far from the origin is not
+ * flat. */
+static int end_digits(double low, double high)
+{
+    double half = high / 2 - low / 2; /* which does not overflow */
+    int digits = BOX_DIGITS;
+    while (digits < DOUBLE_DIGITS &&
+           !(fabs(rounded(high, digits) / 2 - rounded(low, digits) / 2 - half) <= half / 1000))
+        digits++;
+    return digits;
+}
+
+static void print_corner(const char *before, struct vec3 corner, const int digits[3])
+{
     struct vec3 unsigned_zero = vec_add(corner, vec3(0, 0, 0));
-    printf("%s %s %s %s%s", before, number_format(unsigned_zero.x, x),
-           number_format(unsigned_zero.y, y), number_format(unsigned_zero.z, z), after);
+    printf("%s %.*g %.*g %.*g", before, digits[0], unsigned_zero.x, digits[1], unsigned_zero.y,
+           digits[2], unsigned_zero.z);
 }
 
 static void print_box(const struct scene_box *box)
 {
     if (!box->any) return;
-    print_corner("  from", box->min, "");
-    print_corner(" to", box->max, "\n");
+    const int digits[3] = {end_digits(box->min.x, box->max.x), end_digits(box->min.y, box->max.y),
+                           end_digits(box->min.z, box->max.z)};
+    printf("  bounding box%s:", box->planes ? " of all but planes" : "");
+    print_corner(" from", box->min, digits);
+    print_corner(" to", box->max, digits);
+    putchar('\n');
 }
 
 /* Prints the result of --check for a valid scene. */
