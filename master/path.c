@@ -45,11 +45,28 @@ char *path_absolute(const char *path)
     return resolved ? resolved : path_unresolved(path);
 }
 
+/* Whether a component of the folder of an absolute path is "." or "..". */
+static bool has_dots(const char *path)
+{
+    const char *name = path_name(path), *dot = strstr(path, "/./"), *dots = strstr(path, "/../");
+    return (dot && dot < name) || (dots && dots < name);
+}
+
 char *path_unresolved(const char *path)
 {
     char *here = *path == '/' ? NULL : get_current_dir_name();
     char *absolute = here ? format_text("%s/%s", here, path) : copy_text(path);
     free(here);
+    if (!has_dots(absolute)) return absolute;
+    char *directory = path_directory(absolute), *folder = realpath(directory, NULL);
+    if (folder) {
+        const char *slash = strcmp(folder, "/") == 0 ? "" : "/";
+        char *plain = format_text("%s%s%s", folder, slash, path_name(absolute));
+        free(absolute);
+        absolute = plain;
+    }
+    free(folder);
+    free(directory);
     return absolute;
 }
 

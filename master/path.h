@@ -25,7 +25,8 @@ char *path_stem(const char *path);
 /* The absolute path, with links resolved if the file exists. The caller frees it. */
 char *path_absolute(const char *path);
 
-/* The absolute path with links not resolved: a link keeps its name and folder. The caller frees it. */
+/* The absolute path with links not resolved: a link keeps its name and folder. Without "." and ".." if its folder
+ * exists, whose links are resolved then. The caller frees it. */
 char *path_unresolved(const char *path);
 
 /* Whether path, with all links followed, is in the folder or below it. folder must be resolved; all files are in "/".

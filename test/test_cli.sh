@@ -336,6 +336,16 @@ round_trip() {
     run 0 "$FARM" again.ini output.image=b.pfm && cmp a.pfm b.pfm
 }
 check "--print-config gives the same picture" round_trip
+plain_paths() { # without . and .., also of files to come; a folder that is missing stays as it is named
+    mkdir -p below/it && cd below/it || return 1
+    run 0 "$FARM" --print-config ../../everything.ini output.image=./p.png output.report=../../p.json output.trace=nowhere/../t.json
+    status=$? there=$(pwd -P)
+    cd ../.. && [ $status -eq 0 ] || return 1
+    for line in "file = $(pwd -P)/star.obj" "image = $there/p.png" "report = $(pwd -P)/p.json" "trace = $there/nowhere/../t.json"; do
+        echo "$out" | grep -qxF "$line" || { echo "no $line"; return 1; }
+    done
+}
+check "--print-config folds .. in paths" plain_paths
 # A printed file gives a picture named after itself, unless the user has named one.
 own_names() {
     run 0 "$FARM" again.ini && [ -s again.png ] && [ ! -e everything.png ] &&
