@@ -9,22 +9,27 @@
 #include "common/settings.h"
 #include "master/scene_sections.h"
 
-/* Columns. If less than this is left for the texts beside the names, their lines are not broken here but by the
- * terminal. */
+/* Columns. Where the output is no terminal, as many as the narrowest terminals in common use have. */
+#define COLUMNS_UNKNOWN 80
+
+/* Columns. If less than this is left for the texts beside the names, they stand below them. */
 #define ROOM_MIN 20
 
-/* Columns of the names. */
-enum { SETTING_INDENT = 39, KEY_INDENT = 19 };
+/* Columns before the texts beside settings and keys, and below names. */
+enum { SETTING_INDENT = 39, KEY_INDENT = 19, BELOW_INDENT = 8 };
 
-/* Prints a padded name and a text beside it, whose further lines are indented as far. */
+/* Prints a padded name and a text beside it, whose further lines are indented as far; or, where columns are few, the
+ * name and the text below it. */
 static void print_row(FILE *out, int columns, const char *name, int indent, const char *text)
 {
-    bool wraps = columns - indent >= ROOM_MIN;
-    int used = fprintf(out, "%-*s ", indent - 1, name);
-    const char *join = "";
+    bool below = columns - indent < ROOM_MIN;
+    const char *join = below ? " " : "";
+    int used = below ? columns : indent; /* below: the first word does not fit */
+    if (below) indent = BELOW_INDENT;
+    fprintf(out, "%-*s", below ? 0 : used, name);
     while (*text) {
         int length = (int)strcspn(text, " ");
-        if (wraps && *join && used + 1 + length > columns) {
+        if (*join && used + 1 + length > columns) {
             used = fprintf(out, "\n%*s", indent, "") - 1;
             join = "";
         }
@@ -38,8 +43,9 @@ static void print_row(FILE *out, int columns, const char *name, int indent, cons
 /* "  section.key = default" */
 static void print_setting(FILE *out, int columns, const struct key *key)
 {
-    char *name = format_text("  %s.%s%s%s", key->section, key->name, key->fallback ? " = " : "",
-                             key->fallback ? key->fallback : "");
+    const char *value = key->fallback ? key->fallback : "";
+    const char *equals = !key->fallback ? "" : *value ? " = " : " =";
+    char *name = format_text("  %s.%s%s%s", key->section, key->name, equals, value);
     char *text = copy_text(key->help);
     for (size_t i = 0; key->choices && key->choices[i]; i++) {
         char *longer = format_text("%s%s %s", text, i ? "," : ":", key->choices[i]);
@@ -87,11 +93,12 @@ static void print_usage(FILE *out, int columns)
         {"  --version", "the version, the MPI library's, and the kernel for this processor"},
         {"  --", "what follows is no option, also if it begins with '-'"},
     };
-    fputs("farm: one picture, ray-traced by as many processors as you have\n"
-          "\n"
-          "usage: [mpiexec -n N] farm [OPTION ...] CONFIG [SECTION.KEY=VALUE ...]\n"
-          "\n",
-          out);
+    print_row(out, columns, "farm:", 6,
+              "one picture, ray-traced by as many processors as you have");
+    fputc('\n', out);
+    print_row(out, columns, "usage:", 7,
+              "[mpiexec -n N] farm [OPTION ...] CONFIG [SECTION.KEY=VALUE ...]");
+    fputc('\n', out);
     print_row(out, columns, "CONFIG", KEY_INDENT,
               "an INI file that describes picture and scene, or a scene file (.nff, .obj) that is "
               "rendered with default settings");
@@ -103,6 +110,7 @@ static void print_usage(FILE *out, int columns)
 
 void print_help(FILE *out, int columns)
 {
+    if (columns == 0) columns = COLUMNS_UNKNOWN;
     print_usage(out, columns);
     fputs("\nsettings and their defaults:\n", out);
     for (size_t i = 0; i < SETTINGS_KEYS; i++)
@@ -115,7 +123,10 @@ void print_help(FILE *out, int columns)
           "  mpiexec -n 8 farm scene.ini image.width=1920 image.height=1080\n"
           "  mpiexec -f hosts -n 44 farm scene.nff sampling.samples=16 output.image=out.hdr\n"
           "\n"
-          "exit status: 0 done, 1 failed while running, 2 the input is wrong,\n"
-          "75 stopped before the end: the same command goes on\n",
+          "exit status:\n"
+          "  0   done\n"
+          "  1   failed while running\n"
+          "  2   the input is wrong\n"
+          "  75  stopped early: the same command goes on\n",
           out);
 }

@@ -4,8 +4,8 @@
 
 #include <stdio.h>
 
-/* Prints it in lines of at most `columns` characters, if that leaves room for texts beside the names of keys. columns
- * 0: lines are not broken, for a pipe or a file. */
+/* Prints it in lines of at most `columns` characters, but for examples, which can be copied. columns 0: they are not
+ * known, for a pipe or a file. */
 void print_help(FILE *out, int columns);
 
 #endif

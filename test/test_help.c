@@ -22,7 +22,7 @@ static void test_lists_all_keys(void **state)
 {
     (void)state;
     static char text[TEXT_MOST];
-    make_text(text, 0);
+    make_text(text, 1000);
     static const char *const words[] = {
         "\n  image.width = 640                    pixels from left to right\n",
         "cyclic, cyclic-rows\n",
@@ -34,15 +34,16 @@ static void test_lists_all_keys(void **state)
         if (!strstr(text, words[i])) fail_msg("no %s", words[i]);
 }
 
-/* Checks all lines except usage and examples, which are not broken, so that they can be copied. */
-static void check_lines(char *text, size_t columns)
+/* Checks all lines but the examples, which are not broken, so that they can be copied; no line ends with a blank. */
+static void check_lines(const char *text, size_t columns)
 {
-    *strstr(text, "examples:") = '\0';
-    for (char *line = strstr(text, "settings and"); *line; line += strcspn(line, "\n") + 1)
+    const char *end = strstr(text, "examples:");
+    for (const char *line = text; line < end; line += strcspn(line, "\n") + 1)
         if (strcspn(line, "\n") > columns) fail_msg("%.90s", line);
+    assert_null(strstr(text, " \n"));
 }
 
-/* Continuation lines of broken text begin in its column; no line ends with a blank. */
+/* Continuation lines of broken text begin in its column. */
 static void test_fits(void **state)
 {
     (void)state;
@@ -54,21 +55,36 @@ static void test_fits(void **state)
     assert_non_null(strstr(text,
                            "\n    a              corners, counter-clockwise seen from the front:\n"
                            "                   three finite numbers separated by spaces\n"));
-    assert_null(strstr(text, " \n"));
     check_lines(text, 70);
 }
 
-/* The words do not depend on the width. If there is no room for a column, lines are not broken. */
+/* If there is no room for a column beside the names, what they mean stands below them. */
 static void test_no_room(void **state)
 {
     (void)state;
-    static char narrow[TEXT_MOST], whole[TEXT_MOST], wide[TEXT_MOST];
-    make_text(narrow, 30);
+    static char text[TEXT_MOST];
+    make_text(text, 50);
+    assert_non_null(strstr(text, "\n  camera.fov = 45\n"
+                                 "        vertical angle from edge to edge, degrees\n"
+                                 "  background.color\n"));
+    assert_non_null(strstr(text, "\n  --allow-outside  read files that the scene names\n"
+                                 "                   outside of its folder, too\n"));
+    check_lines(text, 50);
+    make_text(text, 30);
+    assert_non_null(strstr(text, "\n    a\n"
+                                 "        corners,\n"
+                                 "        counter-clockwise seen\n"));
+}
+
+/* Without a terminal lines have the width that all terminals have. */
+static void test_no_terminal(void **state)
+{
+    (void)state;
+    static char whole[TEXT_MOST], text[TEXT_MOST];
     make_text(whole, 0);
-    make_text(wide, 1000);
-    assert_string_equal(wide, whole);
-    assert_non_null(
-        strstr(narrow, "camera.fov = 45                      vertical angle from edge to edge"));
+    make_text(text, 80);
+    assert_string_equal(whole, text);
+    check_lines(whole, 80);
 }
 
 int main(void)
@@ -77,6 +93,7 @@ int main(void)
         cmocka_unit_test(test_lists_all_keys),
         cmocka_unit_test(test_fits),
         cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_no_terminal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
