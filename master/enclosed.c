@@ -73,12 +73,12 @@ void warn_of_enclosed_lights(const struct scene *scene, const char *config)
         if (!first) first = &lights[i];
     }
     if (!first) return;
-    char *which = enclosed == 1
-                      ? copy_text("a light is inside of an opaque solid,")
+    bool one = enclosed == 1;
+    char *which = one ? copy_text("a light is inside of an opaque solid,")
                       : format_text("%u lights are inside of opaque solids, one", enclosed);
     char x[NUMBER_TEXT_SIZE], y[NUMBER_TEXT_SIZE], z[NUMBER_TEXT_SIZE];
-    user_warning(config, 0, "%s at %s %s %s, expected nothing between it and what it lights", which,
+    user_warning(config, 0, "%s at %s %s %s: %s nothing outside", which,
                  number_format(first->position.x, x), number_format(first->position.y, y),
-                 number_format(first->position.z, z));
+                 number_format(first->position.z, z), one ? "it lights" : "they light");
     free(which);
 }

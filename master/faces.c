@@ -41,7 +41,7 @@ void faces_note_polygon(struct faces *faces, const struct vec3 *corners,
     if (triangles->improper && !faces->told_improper) {
         user_warning(path, line,
                      "a polygon crosses itself or is bent so far that its triangles overlap, "
-                     "expected flat ones");
+                     "which may look wrong");
         faces->told_improper = true;
     }
     note(faces, triangles_have_area(corners, triangles), line);

@@ -191,11 +191,14 @@ static bool load_shoulder_lights(struct loader *loader, const struct ini *sectio
 
 static void warn_of_little(const struct loader *loader, const char *config)
 {
-    if (!builder_light_count(loader->builder))
-        user_warning(config, 0, "the scene has no light, expected at least one %s",
-                     path_has_extension(config, ".nff") ? "'l'" : "[light]");
+    bool nff = path_has_extension(config, ".nff"); /* whose surfaces have no ambient light */
     if (builder_primitive_count(loader->builder) == 0)
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
+    else if (builder_light_count(loader->builder) == 0)
+        user_warning(config, 0,
+                     "the scene has no light: surfaces show no more than %swhat they mirror or let "
+                     "through, until %s lights them",
+                     nff ? "" : "their ambient light and ", nff ? "an 'l'" : "a [light]");
 }
 
 /* The section that a primitive comes from. */

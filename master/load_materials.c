@@ -60,8 +60,8 @@ bool warn_of_bright_color(const struct material *material, const char *file, lon
     bool bright = vec_max(material->color) > 1;
     if (bright)
         user_warning(file, line,
-                     "a component of the color is more than 1, expected 0 to 1: full white is "
-                     "1 1 1");
+                     "a component of the color is more than 1: the surface may give off more "
+                     "light than it gets (full white is 1 1 1)");
     return bright;
 }
 

@@ -46,8 +46,8 @@ static const char *said_of(struct builder *builder, const struct view *view)
 }
 
 static const char warning[] =
-    "a.ini: warning: a light is inside of an opaque solid, at 0 0 0, expected "
-    "nothing between it and what it lights\n";
+    "a.ini: warning: a light is inside of an opaque solid, at 0 0 0: it lights "
+    "nothing outside\n";
 
 static struct builder *ball(double transmission, double radius)
 {
@@ -68,8 +68,8 @@ static void test_spheres(void **state)
     struct builder *two = ball(0, 1);
     add_lights(two);
     assert_string_equal(said_of(two, &view),
-                        "a.ini: warning: 2 lights are inside of opaque solids, one at 0 0 0, "
-                        "expected nothing between it and what it lights\n");
+                        "a.ini: warning: 2 lights are inside of opaque solids, one at 0 0 0: "
+                        "they light nothing outside\n");
     view.shadows = 0;
     assert_string_equal(said_of(ball(0, 1), &view), "");
 }
