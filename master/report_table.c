@@ -159,14 +159,14 @@ static struct figure bound_figure(double bound)
 static void put_beyond(struct table *table, const struct error_forecast *forecast,
                        uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", goal_figure(forecast->goal).text,
-         most_samples);
+    flow(table, "an RMSE of %s", goal_figure(forecast->goal).text);
+    flow_on(table, "is beyond sampling.max_samples = %u", most_samples);
     if (forecast->max_samples > 0) flow(table, "%u would be enough", forecast->max_samples);
     end_flow(table);
 }
 
-/* "0.001 would take about 41.2 s (36.0 to 50.1), with 256 samples, ...". elapsed_s: seconds of this run, and of the
- * earlier run that it goes on with. The times printed are those of one run that renders everything itself. */
+/* "an RMSE of 0.001 would take about 41.2 s (36.0 to 50.1), with 256 samples, ...". elapsed_s: seconds of this run, and
+ * of the earlier run that it goes on with. The times printed are those of one run that renders everything itself. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
@@ -182,8 +182,8 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     double low, high;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
-    flow(table, "%s would take about %s s", goal_figure(forecast->goal).text,
-         rough_seconds(others + seconds).text);
+    flow(table, "an RMSE of %s would take", goal_figure(forecast->goal).text);
+    flow_on(table, "about %s s", rough_seconds(others + seconds).text);
     flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
             rough_seconds(others + high).text);
     if (forecast_has_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);

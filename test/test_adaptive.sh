@@ -212,9 +212,9 @@ check "previews of what is not rendered" early
 
 # foretells GOAL MOST_SAMPLES
 foretells() { render goal.pfm 0 sampling.target_error=0.003 sampling.max_samples="$2" && echo "$out" && echo "$out" | grep -q "^$1"; }
-check "a round goal" foretells "0.001 would take" 256
-check "half of the error where that is beyond" foretells "0.0013 would take" 128
-check "half is beyond, too" foretells "0.0012 is beyond sampling.max_samples = 64, 128 would be enough" 64
+check "a round goal" foretells "an RMSE of 0.001 would take" 256
+check "half of the error where that is beyond" foretells "an RMSE of 0.0013 would take" 128
+check "half is beyond, too" foretells "an RMSE of 0.0012 is beyond sampling.max_samples = 64, 128 would be enough" 64
 
 refused() { # TEXT OVERRIDE...
     text=$1; shift

@@ -41,12 +41,13 @@ static void test_table_no_forecast(void **state)
     report.target = 0.0001;
     char *text = table_text(&report, 80);
     assert_null(strstr(text, "not known"));
-    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
+    assert_has(text, "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error = 0.0001 is met\n");
     free(text);
     report.forecast.max_samples = 256;
     text = table_text(&report, 80);
-    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64, 256 would be enough\n");
+    assert_has(text,
+               "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64, 256 would be enough\n");
     free(text);
     text = report_json(&report);
     assert_has(text, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
@@ -106,7 +107,7 @@ static void test_table_steep_forecast(void **state)
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06, 0};
     char *text = table_text(&report, 80), *json = report_json(&report);
-    assert_has(text, "\n0.00004 would take about 2.41 s (2.40 to 2.47)\n");
+    assert_has(text, "\nan RMSE of 0.00004 would take about 2.41 s (2.40 to 2.47)\n");
     assert_has(json, "\"slope\": -351.1,");
     free(text);
     free(json);
@@ -133,16 +134,19 @@ static void test_table_error(void **state)
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0, 0};
-    assert_table_has(&report, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
-                              "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
-                              "  slope -0.50 +- 0.00\n");
+    assert_table_has(&report,
+                     "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
+                     "an RMSE of 0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
+                     "  slope -0.50 +- 0.00\n");
     char *text = table_text(&report, 40);
     assert_fits(text, 40);
     assert_has(text, "\nsampling error: RMSE 0.000098\n  (0.000087 to 0.00011) after 2.4 s\n"
-                     "0.00002 would take about 48.4 s\n  (48.4 to 48.4), with 64 samples\n");
+                     "an RMSE of 0.00002 would take\n  about 48.4 s (48.4 to 48.4)\n"
+                     "  with 64 samples, slope -0.50 +- 0.00\n");
     free(text);
     report.forecast.seconds = 50;
-    assert_table_has(&report, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
+    assert_table_has(
+        &report, "an RMSE of 0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
     row.elapsed_s = 0.0374;
     assert_table_has(&report, " after 0.037 s\n");
     row.elapsed_s = 0.201;
@@ -198,9 +202,10 @@ static void test_table_error_of_two_runs(void **state)
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.resumed.cpu_s = 20;
-    assert_table_has(&report,
-                     " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
-                     "  RMSE 0.000090 against the reference\n0.00002 would take about 289 s (");
+    assert_table_has(
+        &report,
+        " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
+        "  RMSE 0.000090 against the reference\nan RMSE of 0.00002 would take about 289 s (");
     row.true_rmse = 0.2;
     assert_table_has(&report, "\n  RMSE 0.20 against the reference (is it of this view?)\n");
 }
