@@ -4,11 +4,38 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/settings.h"
 #include "master/nearest_name.h"
+#include "master/scene_sections.h"
 
 char *section_title(const struct ini_section *section)
 {
     return format_text("[%s%s%s]", section->kind, *section->name ? " " : "", section->name);
+}
+
+/* The section of settings that has the key or, for a section of the scene, whether materials have it, as those have
+ * that objects are often given; NULL: none. */
+static const char *home_of_key(const struct ini_section *section, const char *key)
+{
+    const struct section_kind *material = scene_section_kind(SECTION_MATERIAL);
+    bool in_scene = scene_section_of(section->kind) != SCENE_SECTIONS;
+    const struct key *keys = in_scene ? material->keys : settings_keys;
+    size_t count = in_scene ? material->count : SETTINGS_KEYS;
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(keys[i].name, key) == 0) return keys[i].section;
+    return NULL;
+}
+
+/* The end of the message about an unknown key. The caller frees it. */
+static char *hint_of_key(const struct ini_section *section, const char *key, const struct key *keys,
+                         size_t count)
+{
+    const char *home = home_of_key(section, key);
+    if (home) return format_text(", it belongs to [%s]", home);
+    struct nearest_name search = {.name = key};
+    for (size_t i = 0; i < count; i++)
+        nearest_name_try(&search, keys[i].name);
+    return nearest_name_hint(&search);
 }
 
 const struct key *key_of_entry(const struct ini_section *section, const struct ini_entry *entry,
@@ -16,11 +43,8 @@ const struct key *key_of_entry(const struct ini_section *section, const struct i
 {
     for (size_t i = 0; i < count; i++)
         if (strcmp(keys[i].name, entry->key) == 0) return &keys[i];
-    struct nearest_name search = {.name = entry->key};
-    for (size_t i = 0; i < count; i++)
-        nearest_name_try(&search, keys[i].name);
     char *title = section_title(section);
-    char *hint = nearest_name_hint(&search);
+    char *hint = hint_of_key(section, entry->key, keys, count);
     user_error(entry->file, entry->line, "unknown key '%s' in %s%s", entry->key, title, hint);
     free(title);
     free(hint);

@@ -180,6 +180,10 @@ static void test_unknown_names(void **state)
             "scene.ini:1: unknown section [balloon], expected one that 'farm --help' lists");
     refused(state, "[background]\ntexture = x\n",
             "scene.ini:2: unknown key 'texture' in [background], expected one of color bottom top");
+    refused(state, "[image]\nsamples = 4\n",
+            "scene.ini:2: unknown key 'samples' in [image], it belongs to [sampling]");
+    refused(state, "[mesh ball]\ncolor = 1 0 0\n",
+            "scene.ini:2: unknown key 'color' in [mesh ball], it belongs to [material]");
     refused(state,
             "[material glass]\n[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
             "material = glas\n",
