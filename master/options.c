@@ -7,6 +7,7 @@
 #include "common/message.h"
 #include "common/settings.h"
 #include "master/loader.h"
+#include "master/nearest_name.h"
 #include "master/path.h"
 #include "master/scene_sections.h"
 
@@ -20,6 +21,8 @@ static const struct {
     {"--check", ACTION_CHECK},
     {"--print-config", ACTION_PRINT_CONFIG},
 };
+
+static const char allow_outside[] = "--allow-outside";
 
 /* Only one thing is done; --help and --version need nothing else. */
 static bool set_action(enum action action, struct options *options)
@@ -39,18 +42,58 @@ static bool has_scene_extension(const char *argument)
            path_has_extension(argument, ".obj");
 }
 
+/* Whether a name of this length is that of a key, perhaps with '-' in place of '_'. */
+static bool is_key_name(const char *name, size_t length, const char *key)
+{
+    for (size_t i = 0; i < length; i++)
+        if (name[i] != key[i] && !(name[i] == '-' && key[i] == '_')) return false;
+    return key[length] == '\0';
+}
+
+/* "NAME" or "NAME=VALUE" with its section in front: "sampling.samples=4" of "samples=4"; NULL: no setting has this
+ * name. The caller frees it. */
+static char *with_section(const char *argument)
+{
+    size_t length = strcspn(argument, "=");
+    const char *value = argument[length] ? argument + length : "=VALUE";
+    for (size_t i = 0; i < SETTINGS_KEYS; i++) {
+        const struct key *key = &settings_keys[i];
+        if (is_key_name(argument, length, key->name))
+            return format_text("%s.%s%s", key->section, key->name, value);
+    }
+    return NULL;
+}
+
+/* The end of the message about an unknown option. The caller frees it. */
+static char *hint_of_flag(const char *argument)
+{
+    if (has_scene_extension(argument))
+        return format_text("expected ./ in front of a file's name: ./%s", argument);
+    if (strncmp(argument, "-n", 2) == 0) /* an option of mpiexec: -n 4, -np 4 */
+        return copy_text("expected mpiexec in front of it: mpiexec -n N farm CONFIG");
+    if (strcmp(argument, "-o") == 0 || strcmp(argument, "--output") == 0)
+        return copy_text("did you mean 'output.image=FILE'?");
+    struct nearest_name search = {.name = argument};
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
+        if (flags[i].name[1] == '-') nearest_name_try(&search, flags[i].name);
+    nearest_name_try(&search, allow_outside);
+    char *setting = search.best ? NULL : with_section(argument + strspn(argument, "-"));
+    const char *meant = search.best ? search.best : setting;
+    char *hint = meant ? format_text("did you mean '%s'?", meant)
+                       : copy_text("expected one of -h --help --version --check --print-config "
+                                   "--allow-outside, or -- before a name that begins with -");
+    free(setting);
+    return hint;
+}
+
 static bool parse_flag(const char *argument, struct options *options)
 {
-    if (strcmp(argument, "--allow-outside") == 0) return options->allow_outside = true;
+    if (strcmp(argument, allow_outside) == 0) return options->allow_outside = true;
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
         if (strcmp(argument, flags[i].name) == 0) return set_action(flags[i].action, options);
-    bool processes = strncmp(argument, "-n", 2) == 0; /* an option of mpiexec: -n 4, -np 4 */
-    user_error(NULL, 0, "unknown option '%s', expected %s%s", argument,
-               has_scene_extension(argument) ? "./ in front of a file's name: ./"
-               : processes                   ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
-                           : "one of -h --help --version --check --print-config --allow-outside, "
-                             "or -- before a name that begins with -",
-               has_scene_extension(argument) ? argument : "");
+    char *hint = hint_of_flag(argument);
+    user_error(NULL, 0, "unknown option '%s', %s", argument, hint);
+    free(hint);
     return false;
 }
 
@@ -107,18 +150,15 @@ static void refuse_without_value(const char *argument)
 
 static void refuse_without_section(const char *argument)
 {
-    size_t length = strcspn(argument, "=");
-    for (size_t i = 0; i < SETTINGS_KEYS; i++) {
-        const struct key *key = &settings_keys[i];
-        if (strlen(key->name) != length || memcmp(key->name, argument, length) != 0) continue;
-        user_error(NULL, 0, "'%s' names no section, did you mean '%s.%s'?", argument, key->section,
+    char *meant = with_section(argument);
+    if (meant)
+        user_error(NULL, 0, "'%s' names no section, did you mean '%s'?", argument, meant);
+    else
+        user_error(NULL, 0,
+                   "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
+                   "sampling.samples=4",
                    argument);
-        return;
-    }
-    user_error(NULL, 0,
-               "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
-               "sampling.samples=4",
-               argument);
+    free(meant);
 }
 
 /* Reports a second scene. If it is the name of a section, the shell has probably split an override that needs

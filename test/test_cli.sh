@@ -143,6 +143,15 @@ for n in 0 2; do
     check "a report that is no .json, -n $n" wrong $n 'report has an unknown extension, expected .json' everything.ini \
         output.report=everything.ini
 done
+meant() { # ARGUMENT MEANT
+    check "what $1 means" wrong 0 "^farm: .*'$1'.*, did you mean '$2'[?]\$" everything.ini "$1"
+}
+meant --versoin --version
+meant -check --check
+meant --samples sampling.samples=VALUE
+meant --max-depth=3 render.max_depth=3
+meant max-depth=3 render.max_depth=3
+meant -o output.image=FILE
 to_stdout() { # KEY: into a file, too, where the table does not write over it
     "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 \
         output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table && grep -q 'Wall time of rank 0' table
