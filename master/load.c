@@ -13,6 +13,7 @@
 #include "common/message.h"
 #include "master/framing.h"
 #include "master/loader.h"
+#include "master/nearest_file.h"
 #include "master/path.h"
 
 /* ---- the loader's memory ---- */
@@ -105,6 +106,18 @@ static bool refuse_config(const char *path)
     return false;
 }
 
+static bool refuse_unreadable(const char *path)
+{
+    const char *reason = strerror(errno);
+    char *near = nearest_file(path);
+    if (near)
+        user_error(path, 0, "cannot be opened: %s, did you mean '%s'?", reason, near);
+    else
+        user_error(path, 0, "cannot be opened: %s", reason);
+    free(near);
+    return false;
+}
+
 /* A file without any section is refused: it has been truncated or never written. */
 static bool read_ini(const char *path, struct ini *ini)
 {
@@ -136,12 +149,10 @@ static void add_scene_file(struct ini *ini, const char *path, bool is_obj)
 static bool read_config(const char *path, struct ini *ini)
 {
     bool is_obj = path_has_extension(path, ".obj");
-    if (path_has_extension(path, ".ini")) return read_ini(path, ini);
-    if (!is_obj && !path_has_extension(path, ".nff")) return refuse_config(path);
-    if (access(path, R_OK) != 0) {
-        user_error(path, 0, "cannot be opened: %s", strerror(errno));
-        return false;
-    }
+    bool is_ini = path_has_extension(path, ".ini");
+    if (!is_ini && !is_obj && !path_has_extension(path, ".nff")) return refuse_config(path);
+    if (access(path, R_OK) != 0) return refuse_unreadable(path);
+    if (is_ini) return read_ini(path, ini);
     ini_create(path, ini);
     add_scene_file(ini, path, is_obj);
     return true;

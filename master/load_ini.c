@@ -10,6 +10,7 @@
 
 #include "common/message.h"
 #include "master/load_objects.h"
+#include "master/nearest_file.h"
 #include "master/path.h"
 #include "master/placement.h"
 #include "master/sections.h"
@@ -34,22 +35,33 @@ static bool is_quoted(const char *file)
     return *file && (strchr("\"'", *file) || strchr("\"'", file[strlen(file) - 1]));
 }
 
+/* What may be wrong with the name of a file that cannot be opened, as text behind the reason; the caller frees it.
+ * path: NULL where no other file is looked for. */
+static char *hint_of_file(const struct ini_entry *entry, const char *file, const char *path)
+{
+    if (entry->line && is_quoted(file)) return copy_text("; a name stands without quotes");
+    const char *comment = entry->line ? comment_hint(file) : "";
+    char *near = path && !*comment ? nearest_file(path) : NULL;
+    char *hint = near ? format_text(", did you mean '%s'?", path_name(near)) : copy_text(comment);
+    free(near);
+    return hint;
+}
+
 /* Text that says why the file cannot be opened, and also if it would lie outside of the root; the caller frees it. */
 static char *why_not_open(const struct reading *at, const struct ini_entry *entry, const char *file,
                           const struct named_file *named)
 {
     const struct part *part = at->part;
     const char *reason = strerror(errno);
-    const char *hint = !entry->line      ? ""
-                       : is_quoted(file) ? "; a name stands without quotes"
-                                         : comment_hint(file);
     bool may = !entry->line || part->loader->reach == REACH_ANYWHERE ||
                path_would_be_within(named->path, part->root);
-    if (may) return format_text("cannot open %s: %s%s", named->path, reason, hint);
-    return format_text(
-        "cannot open %s: %s%s; that is outside of the scene's folder %s, too, expected a "
-        "file in it (farm --allow-outside reads any)",
-        named->path, reason, hint, part->root);
+    char *hint = hint_of_file(entry, file, may ? named->path : NULL);
+    char *why = may ? format_text("cannot open %s: %s%s", named->path, reason, hint)
+                    : format_text("cannot open %s: %s%s; that is outside of the scene's folder %s, "
+                                  "too, expected a file in it (farm --allow-outside reads any)",
+                                  named->path, reason, hint, part->root);
+    free(hint);
+    return why;
 }
 
 /* Sets *named to the file that a section names, which the caller frees. false after reporting that it cannot be

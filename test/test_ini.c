@@ -306,6 +306,16 @@ static void test_files_that_are_none(void **state)
                     "none.obj: cannot be opened: No such file or directory");
     scratch_refused(*state, "none.nff", NULL,
                     "none.nff: cannot be opened: No such file or directory");
+    scratch_write("lantern.ini", "[sphere]\n");
+    scratch_refused(*state, "./lanten.ini", NULL,
+                    "./lanten.ini: cannot be opened: No such file or directory, did you mean "
+                    "'./lantern.ini'?");
+    scratch_refused(*state, "lanten.nff", NULL,
+                    "lanten.nff: cannot be opened: No such file or directory");
+    scratch_write("caw.obj", "");
+    refused(state, "[mesh]\nfile = cow.obj\n",
+            "scene.ini:2: [mesh]: cannot open cow.obj: No such file or directory, did you mean "
+            "'caw.obj'?");
     /* A sparse file of 3 GB: nobody waits for it to be read. */
     scratch_write("big.obj", "v 0 0 0\n");
     assert_int_equal(truncate("big.obj", (off_t)3 << 30), 0);
