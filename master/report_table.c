@@ -175,7 +175,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
         return;
     }
     if (!forecast->known) {
-        flow(table, "what less would take is not known");
+        flow(table, "what a smaller error would take is not known");
         end_flow(table);
         return;
     }

@@ -55,8 +55,9 @@ static void test_table_no_forecast(void **state)
     free(text);
     report.forecast = (struct error_forecast){.known = false};
     text = table_text(&report, 80);
-    assert_has(text,
-               "\nwhat less would take is not known\nsampling.target_error = 0.0001 is met\n");
+    assert_has(
+        text,
+        "\nwhat a smaller error would take is not known\nsampling.target_error = 0.0001 is met\n");
     free(text);
     report.ended = ENDED_BY_TIME;
     text = table_text(&report, 80);
