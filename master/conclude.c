@@ -176,8 +176,8 @@ static bool tell_unsampled(const struct run *run, const struct served *served)
     if (unsampled > 0)
         user_warning(
             NULL, 0,
-            "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: what "
-            "stands there is guessed from those around, far from them from the pre-pass, or black "
+            "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: these "
+            "are guessed from those around or, where none is near, from the pre-pass, or black "
             "where that has nothing%s",
             limit, (unsigned long long)unsampled, (unsigned long long)pixels, advice(&run->report));
     return true;

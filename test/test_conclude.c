@@ -184,9 +184,9 @@ static void test_pixels_without_samples(void **state)
     char *text = report_of(&run, &served);
     message_capture(NULL, 0);
     assert_has(s->said,
-               "sampling.time_limit = 2 s has left 8 of 64 pixels without a sample: what "
-               "stands there is guessed from those around, far from them from the pre-pass, or "
-               "black where that has nothing\n");
+               "sampling.time_limit = 2 s has left 8 of 64 pixels without a sample: these "
+               "are guessed from those around or, where none is near, from the pre-pass, or black "
+               "where that has nothing\n");
     assert_null(strstr(s->said, "in view"));
     free(text);
     run_close(&run);
