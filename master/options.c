@@ -6,6 +6,7 @@
 
 #include "common/message.h"
 #include "common/settings.h"
+#include "master/image_file.h"
 #include "master/loader.h"
 #include "master/nearest_name.h"
 #include "master/path.h"
@@ -143,16 +144,22 @@ static bool is_without_value(const char *argument)
 
 static void refuse_without_value(const char *argument)
 {
-    user_error(NULL, 0,
-               "'%s' has no value, expected %s=VALUE, within quotes if there are spaces in it",
-               argument, argument);
+    user_error(
+        NULL, 0,
+        "'%s' has no value, expected %s=VALUE without spaces beside '=', within quotes if VALUE "
+        "has some",
+        argument, argument);
 }
 
 static void refuse_without_section(const char *argument)
 {
+    size_t length = strcspn(argument, "=");
     char *meant = with_section(argument);
     if (meant)
         user_error(NULL, 0, "'%s' names no section, did you mean '%s'?", argument, meant);
+    else if (is_section(argument, length))
+        user_error(NULL, 0, "'%s' names no key, expected %.*s.KEY=VALUE", argument, (int)length,
+                   argument);
     else
         user_error(NULL, 0,
                    "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
@@ -165,6 +172,11 @@ static void refuse_without_section(const char *argument)
  * quotes. */
 static void refuse_second_scene(const char *argument, const char *config)
 {
+    if (image_extension_known(argument)) {
+        user_error(NULL, 0, "'%s' is no scene, did you mean 'output.image=%s'?", argument,
+                   argument);
+        return;
+    }
     bool quotes = is_section(argument, strlen(argument)) && access(argument, F_OK) != 0;
     user_error(
         NULL, 0, "'%s' is a second scene after '%s', expected one CONFIG and section.key=value%s",

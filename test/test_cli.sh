@@ -152,6 +152,10 @@ meant --samples sampling.samples=VALUE
 meant --max-depth=3 render.max_depth=3
 meant max-depth=3 render.max_depth=3
 meant -o output.image=FILE
+meant image=a.png output.image=a.png
+meant a.png output.image=a.png
+check "a section without a key" wrong 0 "^farm: 'output=a.png' names no key, expected output.KEY=VALUE" everything.ini output=a.png
+check "spaces beside =" wrong 0 "'sampling.samples' has no value, .* without spaces beside '='" everything.ini sampling.samples = 4
 to_stdout() { # KEY: into a file, too, where the table does not write over it
     "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 \
         output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table && grep -q 'Wall time of rank 0' table
