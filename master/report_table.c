@@ -142,10 +142,11 @@ static struct figure error_figure(double error)
     return figure_digits(error, ERROR_DIGITS);
 }
 
-/* The goal of a forecast: a round number of one or two digits, or half of the error. */
-static struct figure goal_figure(double goal)
+/* The goal of the forecast: the target as it was typed, a round number of one or two digits, or half of the error. */
+static struct figure goal_figure(const struct report *report)
 {
-    return figure_round(strtod(error_figure(goal).text, NULL));
+    double goal = report->forecast.goal;
+    return figure_round(goal == report->target ? goal : strtod(error_figure(goal).text, NULL));
 }
 
 /* An upper bound of an error in the same format, rounded up so that the figure is a bound, too. */
@@ -156,22 +157,22 @@ static struct figure bound_figure(double bound)
     return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
-static void put_beyond(struct table *table, const struct error_forecast *forecast,
-                       uint32_t most_samples)
+static void put_beyond(struct table *table, const struct report *report)
 {
-    flow(table, "an RMSE of %s", goal_figure(forecast->goal).text);
-    flow_on(table, "is beyond sampling.max_samples = %u", most_samples);
-    if (forecast->max_samples > 0) flow(table, "%u would be enough", forecast->max_samples);
+    flow(table, "an RMSE of %s", goal_figure(report).text);
+    flow_on(table, "is beyond sampling.max_samples = %u", report->max_samples);
+    if (report->forecast.max_samples > 0)
+        flow(table, "%u would be enough", report->forecast.max_samples);
     end_flow(table);
 }
 
 /* "an RMSE of 0.001 would take about 41.2 s (36.0 to 50.1), with 256 samples, ...". elapsed_s: seconds of this run, and
  * of the earlier run that it goes on with. The times printed are those of one run that renders everything itself. */
-static void put_forecast(struct table *table, const struct error_forecast *forecast,
-                         uint32_t most_samples, double elapsed_s)
+static void put_forecast(struct table *table, const struct report *report, double elapsed_s)
 {
+    const struct error_forecast *forecast = &report->forecast;
     if (forecast->beyond) {
-        put_beyond(table, forecast, most_samples);
+        put_beyond(table, report);
         return;
     }
     if (!forecast->known) {
@@ -182,7 +183,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     double low, high;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
-    flow(table, "an RMSE of %s would take", goal_figure(forecast->goal).text);
+    flow(table, "an RMSE of %s would take", goal_figure(report).text);
     flow_on(table, "about %s s", rough_seconds(others + seconds).text);
     flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
             rough_seconds(others + high).text);
@@ -282,8 +283,7 @@ static void put_error(struct table *table, const struct report *report)
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
         flow_on(table, "(is it of this view?)");
     end_flow(table);
-    if (last->estimate.rmse > 0)
-        put_forecast(table, &report->forecast, report->max_samples, elapsed);
+    if (last->estimate.rmse > 0) put_forecast(table, report, elapsed);
 }
 
 /* The bound of the light that depth and cutoff have left out. */

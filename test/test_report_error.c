@@ -53,6 +53,11 @@ static void test_table_no_forecast(void **state)
     assert_has(text, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
     assert_has(text, "\"forecast\": null");
     free(text);
+    report.forecast.goal = report.target = 0.000012345;
+    text = table_text(&report, 80);
+    assert_has(text, "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
+    free(text);
+    report.target = 0.0001;
     report.forecast = (struct error_forecast){.known = false};
     text = table_text(&report, 80);
     assert_has(
