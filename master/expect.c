@@ -61,7 +61,7 @@ struct smooth {
 
 /* What a thread needs while it works on a band. */
 struct band {
-    const struct picture_statistics *pixels;
+    const struct statistics *pixels;
     uint32_t width;
     struct smooth variance, spread;
     struct color_row colors[3];
@@ -104,7 +104,7 @@ static double weight_inside(uint32_t at, uint32_t size)
     return sum;
 }
 
-static void band_init(struct band *band, const struct picture_statistics *pixels)
+static void band_init(struct band *band, const struct statistics *pixels)
 {
     size_t width = pixels->canvas->width, blocks = block_count(pixels->canvas);
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
@@ -128,15 +128,15 @@ static void band_free(struct band *band)
 }
 
 /* v of a pixel as estimated from its own halves. */
-static double own_variance(const struct picture_statistics *pixels, size_t i)
+static double own_variance(const struct statistics *pixels, size_t i)
 {
-    return own_error(pixels->difference + 3 * i) * pixels->levels->power[pixels->level[i]];
+    return own_error(pixels->difference + 3 * i) * pixels->levels.power[pixels->level[i]];
 }
 
 /* S of a pixel. Where it is unknown, with two samples or not finite, it is replaced by v estimated from its halves. */
-static double own_spread(const struct picture_statistics *pixels, size_t i)
+static double own_spread(const struct statistics *pixels, size_t i)
 {
-    double samples = pixels->levels->samples[pixels->level[i]], spread = (double)pixels->spread[i];
+    double samples = pixels->levels.samples[pixels->level[i]], spread = (double)pixels->spread[i];
     bool known = samples > 2 && spread >= 0 && spread < HUGE_VAL;
     return known ? spread * spread * samples / (samples - 2) : own_variance(pixels, i);
 }
@@ -208,7 +208,7 @@ static double variance_of(double around, double spread_around, double spread, do
 
 static void expect_row(struct band *band, uint32_t y, double *error, float *predicted_rms)
 {
-    const struct picture_statistics *pixels = band->pixels;
+    const struct statistics *pixels = band->pixels;
     find_around(band, &band->variance, y);
     find_around(band, &band->spread, y);
     find_contrasts(band, y);
@@ -216,8 +216,8 @@ static void expect_row(struct band *band, uint32_t y, double *error, float *pred
     const double *own_spreads = smooth_row(&band->spread, y)->values + REACH;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
-        double samples = pixels->levels->samples[pixels->level[i]];
-        double power = pixels->levels->power[pixels->level[i]];
+        double samples = pixels->levels.samples[pixels->level[i]];
+        double power = pixels->levels.power[pixels->level[i]];
         double around = band->variance.around[x], edge_variance = band->contrasts.edge_variance[x];
         double missed = MISSED / (samples * samples * samples);
         double own = own_variances[x], spread = own_spreads[x];
@@ -243,15 +243,15 @@ static void spread_blocks(const struct band *band, uint32_t rows)
 /* Adds the error of surprises that may still be there: each pixel gets the mean of its block. */
 static void expect_surprises(const struct band *band, uint32_t y, double *error)
 {
-    const struct picture_statistics *pixels = band->pixels;
+    const struct statistics *pixels = band->pixels;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
-        error[i] += band->surprise[block_of(x)] / pixels->levels->power[pixels->level[i]];
+        error[i] += band->surprise[block_of(x)] / pixels->levels.power[pixels->level[i]];
     }
 }
 
 struct expectation {
-    const struct picture_statistics *pixels;
+    const struct statistics *pixels;
     double *error;
     float *predicted_rms;
 };
@@ -277,7 +277,7 @@ static void expect_band(void *context, uint32_t number)
     band_free(&band);
 }
 
-void expect_errors(const struct picture_statistics *pixels, struct thread_pool *pool, double *error,
+void expect_errors(const struct statistics *pixels, struct thread_pool *pool, double *error,
                    float *predicted_rms)
 {
     struct expectation it = {pixels, error, predicted_rms};

@@ -13,7 +13,7 @@
 /* Sets for each pixel its expected squared error, which is finite, as squares of floats are far inside the range of
  * doubles; and in predicted_rms the root of that predicted from its neighbourhood alone, whatever its own samples
  * have hit. All pixels must have samples. The pool must be idle; NULL: the caller works alone. */
-void expect_errors(const struct picture_statistics *pixels, struct thread_pool *pool, double *error,
+void expect_errors(const struct statistics *pixels, struct thread_pool *pool, double *error,
                    float *predicted_rms);
 
 #endif

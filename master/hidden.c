@@ -89,11 +89,11 @@ static double squared(double a)
 
 /* Separates the later samples from all: statistics_put() combined means, halves and spreads, this solves for the later
  * samples' part. */
-static struct later later_of(const struct picture_statistics *now, size_t pixel,
+static struct later later_of(const struct statistics *now, size_t pixel,
                              const struct pixel_statistics *before)
 {
-    double all = now->levels->samples[now->level[pixel]];
-    double first = now->levels->samples[before->level], count = all - first, halves = 0;
+    double all = now->levels.samples[now->level[pixel]];
+    double first = now->levels.samples[before->level], count = all - first, halves = 0;
     struct later later = {.first = first, .count = count};
     for (size_t c = 0; c < 3; c++) {
         double mean_before = (double)before->mean[c], split_before = (double)before->difference[c];
@@ -179,14 +179,14 @@ static void record(struct hidden *hidden, uint32_t *number, const struct pixel_s
  * one before may add few. What the mean of 8 samples errs by after 64 is taken for a contrast that the 64 have missed:
  * with a max_samples of 72 the garden's error (200 x 150, target_error=0.006) would be estimated as 0.0100 where it is
  * 0.0051. So of pixels that leave such a level nothing is inferred, as of those that have max_samples. */
-static bool tells_enough(const struct picture_statistics *now, size_t pixel,
+static bool tells_enough(const struct statistics *now, size_t pixel,
                          const struct pixel_statistics *before)
 {
-    double first = now->levels->samples[before->level];
-    return now->levels->samples[now->level[pixel]] >= 2 * first;
+    double first = now->levels.samples[before->level];
+    return now->levels.samples[now->level[pixel]] >= 2 * first;
 }
 
-void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+void hidden_settle(struct hidden *hidden, const struct statistics *now, size_t pixel,
                    const struct pixel_statistics *before)
 {
     if (hidden->state[pixel] == WARNED) hidden->state[pixel] = OPEN;
@@ -199,7 +199,7 @@ void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, 
     /* Halves may agree by chance, so the spread counts as well. It is about the squared error of one sample. Of that as
      * much is taken to be left as the prediction assumes: 1 / n^3/2. With 1 / n, which is left of it where samples are
      * random, from some hundred samples on all edges would seem to have met something. */
-    double by_spread = squared((double)before->spread) / now->levels->power[before->level];
+    double by_spread = squared((double)before->spread) / now->levels.power[before->level];
     bool met = fmax(own_error(before->difference), by_spread) > much;
     hidden->left[before->level]++;
     hidden->state[pixel] = met ? MET : OPEN;
@@ -211,7 +211,7 @@ void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, 
     }
 }
 
-static void add_met(const struct picture_statistics *now, size_t pixel,
+static void add_met(const struct statistics *now, size_t pixel,
                     const struct pixel_statistics *before, struct hidden_sum *sum)
 {
     struct level_sum *level = &sum->levels[before->level];
@@ -227,7 +227,7 @@ static void add_met(const struct picture_statistics *now, size_t pixel,
 
 /* Where the first samples missed something, the halves do not show their error. The pixel's mean still contains it,
  * weighted with the square of the first samples' share of all samples. */
-static void add_found(const struct picture_statistics *now, size_t pixel,
+static void add_found(const struct statistics *now, size_t pixel,
                       const struct pixel_statistics *before, struct hidden_sum *sum)
 {
     struct later later = later_of(now, pixel, before);
@@ -236,7 +236,7 @@ static void add_found(const struct picture_statistics *now, size_t pixel,
     sum->carried.fourths += carried * carried;
 }
 
-void hidden_add(const struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+void hidden_add(const struct hidden *hidden, const struct statistics *now, size_t pixel,
                 struct hidden_sum *sum)
 {
     uint32_t met = hidden->met[pixel], found = hidden->found[pixel];

@@ -47,7 +47,7 @@ void hidden_leave_warned(struct hidden *hidden, size_t pixel);
 
 /* To be called when a pixel that had samples has got more. before: what was known of it without these; now: with them.
  */
-void hidden_settle(struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+void hidden_settle(struct hidden *hidden, const struct statistics *now, size_t pixel,
                    const struct pixel_statistics *before);
 
 /* Sums over the unwarned pixels of one level, of all or part of the picture. Errors are squared. */
@@ -67,7 +67,7 @@ struct hidden_sum {
 };
 
 /* Adds a pixel that has samples to the sum. */
-void hidden_add(const struct hidden *hidden, const struct picture_statistics *now, size_t pixel,
+void hidden_add(const struct hidden *hidden, const struct statistics *now, size_t pixel,
                 struct hidden_sum *sum);
 void hidden_join(struct hidden_sum *all, const struct hidden_sum *more);
 

@@ -35,8 +35,7 @@ void pixel_errors_settle(struct pixel_errors *errors, size_t pixel,
 {
     errors->is_expected = errors->is_summed = false;
     if (!before) return;
-    struct picture_statistics now = statistics_of_picture(errors->statistics);
-    hidden_settle(errors->hidden, &now, pixel, before);
+    hidden_settle(errors->hidden, errors->statistics, pixel, before);
 }
 
 bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel)
@@ -67,25 +66,24 @@ struct summing {
 };
 
 /* Adds a pixel that has samples. */
-static void add_pixel(const struct pixel_errors *errors, const struct picture_statistics *now,
-                      size_t pixel, struct error_totals *totals)
+static void add_pixel(const struct pixel_errors *errors, size_t pixel, struct error_totals *totals)
 {
     double square = pixel_errors_own(errors, pixel);
     totals->halves.squares += square;
     totals->halves.fourths += square * square;
     totals->pixels++;
     totals->samples += (uint64_t)statistics_samples(errors->statistics, pixel);
-    hidden_add(errors->hidden, now, pixel, &totals->hidden);
+    hidden_add(errors->hidden, errors->statistics, pixel, &totals->hidden);
 }
 
 static void sum_band(void *context, uint32_t band)
 {
     const struct summing *it = context;
-    struct picture_statistics now = statistics_of_picture(it->errors->statistics);
-    size_t end = band_first_pixel(now.canvas, band + 1);
+    const struct statistics *statistics = it->errors->statistics;
+    size_t end = band_first_pixel(statistics->canvas, band + 1);
     struct error_totals totals = {.pixels = 0};
-    for (size_t i = band_first_pixel(now.canvas, band); i < end; i++)
-        if (now.level[i] > 0) add_pixel(it->errors, &now, i, &totals);
+    for (size_t i = band_first_pixel(statistics->canvas, band); i < end; i++)
+        if (statistics->level[i] > 0) add_pixel(it->errors, i, &totals);
     it->bands[band] = totals;
 }
 
@@ -118,8 +116,7 @@ const struct error_totals *pixel_errors_expect(struct pixel_errors *errors,
     const struct error_totals *totals = pixel_errors_totals(errors, pool);
     hidden_share(errors->hidden, &totals->hidden);
     if (errors->is_expected || errors->statistics->unsampled > 0) return totals;
-    struct picture_statistics now = statistics_of_picture(errors->statistics);
-    expect_errors(&now, pool, errors->expected, errors->predicted_rms);
+    expect_errors(errors->statistics, pool, errors->expected, errors->predicted_rms);
     errors->is_expected = true;
     return totals;
 }

@@ -64,12 +64,6 @@ void statistics_free(struct statistics *statistics)
     free(statistics->level);
 }
 
-struct picture_statistics statistics_of_picture(const struct statistics *statistics)
-{
-    return (struct picture_statistics){statistics->canvas, statistics->difference,
-                                       statistics->spread, statistics->level, &statistics->levels};
-}
-
 struct pixel_statistics statistics_of_pixel(const struct statistics *statistics, size_t pixel)
 {
     struct pixel_statistics copy = {.level = statistics->level[pixel],

@@ -30,15 +30,6 @@ static inline double levels_left(const struct levels *levels, uint32_t from, uin
  * 3 floats, A - B. */
 double own_error(const float *difference);
 
-/* A view of the statistics of a picture. Of pixels of level 0 only the level is of use. */
-struct picture_statistics {
-    const struct canvas *canvas;
-    const float *difference; /* 3 per pixel: A - B */
-    const float *spread;     /* of each pixel, as struct pixel_floats has it */
-    const uint8_t *level;    /* of each pixel */
-    const struct levels *levels;
-};
-
 /* A copy of what is known of one pixel, whose level is above 0. */
 struct pixel_statistics {
     float mean[3], difference[3], spread;
@@ -70,9 +61,7 @@ size_t statistics_pixel_bytes(void);
 void statistics_init(struct statistics *statistics, const struct view *view, struct canvas *canvas);
 void statistics_free(struct statistics *statistics);
 
-/* statistics_of_picture() is a view that follows later changes and is valid as long as the statistics are;
- * statistics_of_pixel() copies the pixel's present state. */
-struct picture_statistics statistics_of_picture(const struct statistics *statistics);
+/* Copies the pixel's present state. */
 struct pixel_statistics statistics_of_pixel(const struct statistics *statistics, size_t pixel);
 
 /* Adds the samples that bring a pixel to a level above its own. Returns the rays that each of them took, at least 1. */

@@ -183,8 +183,11 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
     levels_init(&picture.levels, &view);
     fill(&picture);
     double *error = allocate(pixels, sizeof *error);
-    struct picture_statistics statistics = {&picture.canvas, picture.difference, picture.spread,
-                                            picture.level, &picture.levels};
+    struct statistics statistics = {.canvas = &picture.canvas,
+                                    .levels = picture.levels,
+                                    .difference = picture.difference,
+                                    .spread = picture.spread,
+                                    .level = picture.level};
     struct thread_pool *pool = thread_pool_create(2);
     float *predicted_rms = allocate(pixels, sizeof *predicted_rms);
     expect_errors(&statistics, pool, error, predicted_rms);

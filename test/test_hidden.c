@@ -21,7 +21,7 @@ struct field {
     struct canvas canvas;
     float difference[3 * PIXELS], spread[PIXELS];
     uint8_t level[PIXELS];
-    struct levels levels;
+    struct statistics statistics; /* of these arrays */
     double share[PIXELS];
     uint64_t state;
 };
@@ -43,7 +43,7 @@ static void draw(struct field *field, size_t i, double samples)
 /* Sets a pixel's mean, halves and spread, as a renderer sends them, from all samples up to this level. */
 static void tell(struct field *field, size_t i, uint8_t level)
 {
-    double samples = field->levels.samples[level], half = samples / 2;
+    double samples = field->statistics.levels.samples[level], half = samples / 2;
     draw(field, i, samples);
     double a = drawn[i].sum[0] / half, b = drawn[i].sum[1] / half;
     for (size_t c = 0; c < 3; c++) {
@@ -59,7 +59,11 @@ static struct field *field_of(uint32_t edge, uint64_t seed)
     struct view view = {.min_samples = 4, .max_samples = 4096};
     struct field *field = allocate_zeroed(1, sizeof *field);
     canvas_init(&field->canvas, edge, edge);
-    levels_init(&field->levels, &view);
+    field->statistics = (struct statistics){.canvas = &field->canvas,
+                                            .difference = field->difference,
+                                            .spread = field->spread,
+                                            .level = field->level};
+    levels_init(&field->statistics.levels, &view);
     field->state = seed;
     for (size_t i = 0; i < PIXELS; i++)
         drawn[i] = (struct drawn){{0, 0}, 0};
@@ -72,37 +76,19 @@ static void field_free(struct field *field)
     free(field);
 }
 
-static struct picture_statistics statistics_of(const struct field *field)
-{
-    return (struct picture_statistics){&field->canvas, field->difference, field->spread,
-                                       field->level, &field->levels};
-}
-
-static struct pixel_statistics pixel_of(const struct field *field, size_t i)
-{
-    struct pixel_statistics copy = {.spread = field->spread[i], .level = field->level[i]};
-    for (size_t c = 0; c < 3; c++) {
-        copy.mean[c] = field->canvas.rgb[3 * i + c];
-        copy.difference[c] = field->difference[3 * i + c];
-    }
-    return copy;
-}
-
 static void refine(struct field *field, struct hidden *hidden, size_t i, uint8_t level)
 {
-    struct pixel_statistics before = pixel_of(field, i);
+    struct pixel_statistics before = statistics_of_pixel(&field->statistics, i);
     tell(field, i, level);
-    struct picture_statistics now = statistics_of(field);
-    hidden_settle(hidden, &now, i, &before);
+    hidden_settle(hidden, &field->statistics, i, &before);
 }
 
 static struct hidden_sum sum_of(const struct field *field, const struct hidden *hidden)
 {
-    struct picture_statistics now = statistics_of(field);
     struct hidden_sum sum = {.carried = {0, 0}};
     uint32_t pixels = field->canvas.width * field->canvas.height;
     for (size_t i = 0; i < pixels; i++)
-        hidden_add(hidden, &now, i, &sum);
+        hidden_add(hidden, &field->statistics, i, &sum);
     return sum;
 }
 
@@ -263,7 +249,7 @@ static bool has_met(uint8_t level, double spread)
     const double of_one = 0.01;
     tell(field, at, level);
     field->spread[at] = (float)sqrt(spread * of_one);
-    hidden_leave(hidden, at, (float)sqrt(of_one / field->levels.power[level]));
+    hidden_leave(hidden, at, (float)sqrt(of_one / field->statistics.levels.power[level]));
     refine(field, hidden, at, (uint8_t)(level + 1));
     bool met = !hidden_is_open(hidden, at);
     hidden_destroy(hidden);
@@ -365,7 +351,7 @@ static double inferred(uint32_t most)
     const struct view view = {.min_samples = 4, .max_samples = most};
     struct field *field = field_of(EDGE, 1);
     struct hidden *hidden = hidden_create(PIXELS);
-    levels_init(&field->levels, &view);
+    levels_init(&field->statistics.levels, &view);
     scatter(field, 0.1, 0.3);
     for (size_t i = 0; i < PIXELS; i++) {
         tell(field, i, 1);
