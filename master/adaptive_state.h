@@ -56,12 +56,6 @@ static inline void pass_begin(struct pass *pass, bool is_first, double limit, ui
     pass->missing = pass->asked = pixels;
 }
 
-/* Whether the pass is still to bring samples to the pixel. */
-static inline bool adaptive_is_pending(const struct adaptive *adaptive, size_t pixel)
-{
-    return adaptive->pass.next[pixel] > adaptive->statistics.level[pixel];
-}
-
 /* adaptive_plan() and adaptive_replan() while there are pixels without samples. */
 void adaptive_plan_first(struct adaptive *adaptive, double seconds);
 bool adaptive_replan_first(struct adaptive *adaptive, double limit);

@@ -37,6 +37,12 @@ static void walk_on(struct walk *walk)
 
 /* ---- what is to be done ---- */
 
+/* Whether the pass is still to bring samples to the pixel. */
+static bool is_pending(const struct adaptive *adaptive, size_t pixel)
+{
+    return adaptive->pass.next[pixel] > adaptive->statistics.level[pixel];
+}
+
 /* In pass 0, results contain all pixels of a tile, also where only some are still to come. */
 static bool has_all_pixels(const struct adaptive *adaptive)
 {
@@ -49,7 +55,7 @@ uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *til
     if (has_all_pixels(adaptive)) return pixels;
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
-        in += adaptive_is_pending(adaptive, walk.pixel);
+        in += is_pending(adaptive, walk.pixel);
     return in;
 }
 
@@ -61,7 +67,7 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
         size_t i = walk.pixel;
-        if (!adaptive_is_pending(adaptive, i)) continue;
+        if (!is_pending(adaptive, i)) continue;
         uint32_t before = adaptive->statistics.level[i], after = adaptive->pass.next[i];
         work.samples += levels->samples[after] - levels->samples[before];
         work.removed += pixel_errors_with_hidden(&adaptive->errors, i) *
@@ -156,7 +162,7 @@ static bool is_new(const struct adaptive *adaptive, const struct tile *tile)
     if (!has_all_pixels(adaptive) || tile->step > 1 || tile->phase > 0) return false;
     for (uint32_t y = tile->y; y < tile->y + tile->h; y++)
         for (uint32_t x = tile->x; x < tile->x + tile->w; x++)
-            if (!adaptive_is_pending(adaptive, y * row + x)) return false;
+            if (!is_pending(adaptive, y * row + x)) return false;
     return true;
 }
 
@@ -179,7 +185,7 @@ static void put_pending(struct adaptive *adaptive, const struct tile *tile, stru
     uint32_t pixels = tile_pixels(tile);
     struct walk walk = walk_begin(adaptive, tile);
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
-        bool more = adaptive_is_pending(adaptive, walk.pixel);
+        bool more = is_pending(adaptive, walk.pixel);
         if (more) put_pixel(adaptive, walk.pixel, &at);
         if (more || all) advance(&at, 1);
     }

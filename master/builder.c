@@ -1,7 +1,6 @@
 #include "master/builder.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

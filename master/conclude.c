@@ -11,6 +11,7 @@
 #include "master/path.h"
 #include "master/run.h"
 #include "master/start_times.h"
+#include "master/terminal.h"
 #include "master/timeline_output.h"
 
 int close_output(void)

@@ -145,6 +145,11 @@ static bool find_magic(struct journal_scan *scan, uint64_t *at)
     return false;
 }
 
+/* Bytes that look like records but are none are read up to SCAN_EFFORT times the length of the file, so that a
+ * file that was made to take long does not. Damage alone causes less than the length of the file, once; so this
+ * is ample. */
+#define SCAN_EFFORT 8
+
 bool journal_scan_next(struct journal_scan *scan, uint64_t *offset, uint64_t *skipped,
                        struct journal_record *record)
 {

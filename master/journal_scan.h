@@ -38,11 +38,6 @@ uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_
 /* Reads `count` bytes; false at the end of the file or after an error. */
 bool read_at(int file, void *bytes, size_t count, uint64_t offset);
 
-/* Bytes that look like records but are none are read up to SCAN_EFFORT times the length of the file, so that a
- * file that was made to take long does not. Damage alone causes less than the length of the file, once; so this
- * is ample. */
-#define SCAN_EFFORT 8
-
 struct journal_scan;
 
 /* Starts to scan a file of `size` bytes, which stays open meanwhile; largest: most bytes of a payload. Freed by

@@ -126,6 +126,11 @@ static bool load_mesh(const struct reading *at, void *data)
     return good;
 }
 
+/* The number of files is limited besides the depth: where each file includes the next one twice, it grows exponentially
+ * with the depth. */
+#define INCLUDE_MAX_DEPTH 16
+#define INCLUDE_MAX_COUNT 65536
+
 /* false after reporting that the file includes itself, or that there are too many or too deeply nested includes. */
 static bool may_include(const struct reading *at, const struct part *inner)
 {

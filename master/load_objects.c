@@ -44,7 +44,8 @@ bool accept_section(const struct reading *at, const char *why)
     return !why || refuse_values(at, why);
 }
 
-bool accept_object(const struct reading *at, const char *why)
+/* The same for what has a place: the message also says what places it. */
+static bool accept_object(const struct reading *at, const char *why)
 {
     if (!why) return true;
     char *text = why_placed(why, &at->part->placed);

@@ -18,9 +18,6 @@ bool refuse_section_key(const struct reading *at, const char *key, const char *w
 /* Reports an error that the builder has returned in `why`. Returns whether there was none (NULL). */
 bool accept_section(const struct reading *at, const char *why);
 
-/* The same for what has a place: the message also says what places it. */
-bool accept_object(const struct reading *at, const char *why);
-
 /* Sets *index to that of the material that an object names, or of the default one; false after reporting that no
  * material has this name. */
 bool resolve_material(const struct reading *at, const struct object *object, uint32_t *index);

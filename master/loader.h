@@ -17,10 +17,7 @@
 #include "master/placement.h"
 
 /* Largest OBJ, MTL or NFF file. */
-#define SCENE_MAX_BYTES   ((size_t)64 << 30)
-#define INCLUDE_MAX_DEPTH 16
-/* Needed besides the depth: where each file includes the next one twice, their number grows exponentially with it. */
-#define INCLUDE_MAX_COUNT 65536
+#define SCENE_MAX_BYTES ((size_t)64 << 30)
 
 /* Where a value was set; file NULL: nowhere, it is the default. */
 struct origin {

@@ -23,6 +23,7 @@
 #include "master/image_file.h"
 #include "master/path.h"
 #include "master/run.h"
+#include "master/terminal.h"
 #include "master/timeline_output.h"
 #include "worker/collective.h"
 #include "worker/node_scene.h"

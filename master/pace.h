@@ -62,7 +62,7 @@ struct pace {
 void pace_init(struct pace *pace, uint32_t renderers);
 void pace_free(struct pace *pace);
 
-/* Forgets all but the speeds, when the unit of work changes; no renderer holds any work then. */
+/* Forgets all but the speeds, when the unit of work changes. No renderer holds any work after that. */
 void pace_restart(struct pace *pace);
 
 /* The renderer has been given this work. */

@@ -6,6 +6,7 @@
 
 #include "common/message.h"
 #include "master/figure.h"
+#include "master/terminal.h"
 
 static const double redraw_s = 0.1; /* as often as an eye can follow */
 static const double line_s = 5;     /* a log of an hour's rendering stays readable */

@@ -10,8 +10,6 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "master/terminal.h"
-
 struct progress {
     FILE *out;         /* stderr */
     bool terminal;     /* redraw in place */

@@ -17,6 +17,7 @@
 #include "common/message.h"
 #include "master/figure.h"
 #include "master/progress.h"
+#include "master/terminal.h"
 
 /* A terminal whose other end is read by the test. */
 struct screen {
