@@ -200,8 +200,9 @@ static bool load_shoulder_lights(struct loader *loader, const struct ini *sectio
     return load_scene(loader, sections);
 }
 
-static void warn_of_little(const struct loader *loader, const char *config)
+static void warn_of_little(const struct loader *loader)
 {
+    const char *config = loader->config;
     bool nff = path_has_extension(config, ".nff"); /* whose surfaces have no ambient light */
     if (builder_primitive_count(loader->builder) == 0)
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
@@ -277,12 +278,11 @@ static struct ini sections_from(const struct ini *ini, size_t first, size_t coun
 static bool load_document(struct loader *loader, struct ini *ini, char *const *overrides,
                           size_t count)
 {
-    const char *config = ini->file;
     struct settings *settings = loader->settings;
     if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count))
         return false;
     /* The lights of an OBJ file are placed last: they depend on the camera, which depends on all else. */
-    bool is_obj = path_has_extension(config, ".obj");
+    bool is_obj = path_has_extension(loader->config, ".obj");
     size_t first = is_obj ? 1 : ini->count;
     struct ini scene = sections_from(ini, 0, first);
     struct ini lights = sections_from(ini, first, is_obj ? SHOULDER_LIGHTS : 0);
@@ -292,10 +292,10 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     warn_of_coincidences(loader);
     frame_scene(loader->builder, settings, setting_is_set(loader, "camera", "eye"),
                 setting_is_set(loader, "camera", "look_at"));
-    name_outputs(settings, config);
-    if (!check_settings(loader, config)) return false;
+    name_outputs(settings, loader->config);
+    if (!check_settings(loader)) return false;
     if (lights.count) return load_shoulder_lights(loader, &lights);
-    warn_of_little(loader, config);
+    warn_of_little(loader);
     return true;
 }
 
@@ -307,7 +307,8 @@ bool load_job(const char *path, char *const *overrides, size_t count, enum reach
     *job = (struct job){.builder = builder_create(), .document = allocate(1, sizeof ini)};
     *job->document = ini;
     settings_init(&job->settings);
-    struct loader loader = {.builder = job->builder, .settings = &job->settings, .reach = reach};
+    struct loader loader = {
+        .config = path, .builder = job->builder, .settings = &job->settings, .reach = reach};
     note_source(&loader, path);
     bool good = load_document(&loader, job->document, overrides, count);
     job->named =

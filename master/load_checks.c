@@ -14,18 +14,17 @@
 #include "master/path.h"
 #include "master/sections.h"
 
-/* Reports an error at the place where the setting was made; in config where it has its default. Always returns
+/* Reports an error at the place where the setting was made; in CONFIG where it has its default. Always returns
  * false. */
-static MESSAGE_FORMAT(5, 6) bool refuse_setting(const struct loader *loader, const char *config,
-                                                const char *section, const char *name,
-                                                const char *format, ...)
+static MESSAGE_FORMAT(4, 5) bool refuse_setting(const struct loader *loader, const char *section,
+                                                const char *name, const char *format, ...)
 {
     const struct origin *origin = setting_origin(loader, section, name);
     va_list arguments;
     va_start(arguments, format);
     char *text = format_arguments(format, arguments);
     va_end(arguments);
-    user_error(origin->file ? origin->file : config, origin->line, "%s", text);
+    user_error(origin->file ? origin->file : loader->config, origin->line, "%s", text);
     free(text);
     return false;
 }
@@ -40,7 +39,7 @@ static uint64_t pixel_bytes(const struct settings *s)
     return canvases * canvas_bytes + (settings_adaptive(s) ? adaptive_pixel_bytes() : 0) + costs;
 }
 
-static bool size_good(const struct loader *loader, const char *config)
+static bool size_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
@@ -48,18 +47,18 @@ static bool size_good(const struct loader *loader, const char *config)
     uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * pixel_bytes(s);
     const char *edge = setting_is_set(loader, "image", "width") ? "width" : "height";
     if (pixels > PICTURE_MAX_PIXELS)
-        return refuse_setting(loader, config, "image", edge,
+        return refuse_setting(loader, "image", edge,
                               "the picture has %llu pixels, expected width x height <= 2^28",
                               (unsigned long long)pixels);
     if (!memory_holds(bytes))
-        return refuse_setting(loader, config, "image", edge,
+        return refuse_setting(loader, "image", edge,
                               "the picture takes %.1f MB of memory, expected at most the %.1f MB "
                               "that this process may have",
                               1e-6 * (double)bytes, 1e-6 * (double)memory_limit());
     return true;
 }
 
-static bool region_good(const struct loader *loader, const char *config)
+static bool region_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
@@ -67,14 +66,14 @@ static bool region_good(const struct loader *loader, const char *config)
     if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
         region[1] >= s->image.height || region[3] > s->image.height - region[1])
         return refuse_setting(
-            loader, config, "image", "region",
+            loader, "image", "region",
             "the region reaches out of the picture, expected a part of %u x %u pixels",
             s->image.width, s->image.height);
     return true;
 }
 
 /* The rows of a band that are sent together form one tile, so they must not exceed its size. */
-static bool rows_good(const struct loader *loader, const char *config)
+static bool rows_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
@@ -82,7 +81,7 @@ static bool rows_good(const struct loader *loader, const char *config)
     uint32_t height = region[2] ? region[3] : s->image.height;
     uint32_t rows = s->farm.tile < height ? s->farm.tile : height;
     if (!schedule_is_static(s->farm.schedule) || rows * width <= TILE_MAX_PIXELS) return true;
-    return refuse_setting(loader, config, "farm", "tile",
+    return refuse_setting(loader, "farm", "tile",
                           "tile = %u rows of %u pixels are too many at a time, expected at most %u",
                           s->farm.tile, width, TILE_MAX_PIXELS / width);
 }
@@ -101,58 +100,57 @@ static bool half_height_good(double fov)
 
 /* Only if the user has set eye can the two be the same point. The text names look_at's default where it is in
  * effect. */
-static bool refuse_same_point(const struct loader *loader, const char *config)
+static bool refuse_same_point(const struct loader *loader)
 {
     bool both = setting_is_set(loader, "camera", "look_at");
     return refuse_setting(
-        loader, config, "camera", "eye",
+        loader, "camera", "eye",
         both ? "eye and look_at are the same point, expected two different ones"
              : "eye and look_at, the middle of the scene unless it is set, are the same point, "
                "expected two different ones");
 }
 
-static bool refuse_up(const struct loader *loader, const char *config)
+static bool refuse_up(const struct loader *loader)
 {
     bool is_set = setting_is_set(loader, "camera", "up");
     return refuse_setting(
-        loader, config, "camera", is_set ? "up" : "eye",
+        loader, "camera", is_set ? "up" : "eye",
         is_set ? "up lies along the direction of view, expected another direction"
                : "up, 0 1 0 unless it is set, lies along the direction of view, expected another "
                  "direction, such as up = 0 0 -1");
 }
 
-static bool camera_good(const struct loader *loader, const char *config)
+static bool camera_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     struct vec3 view = vec_sub(s->camera.look_at, s->camera.eye), up = s->camera.up;
     if (!half_height_good(s->camera.fov))
-        return refuse_setting(loader, config, "camera", "fov",
+        return refuse_setting(loader, "camera", "fov",
                               "fov is too close to 0 or 180, expected an angle between them");
     if (!setting_is_set(loader, "camera", "eye") && (!vec_is_finite(view) || vec_is_zero(view))) {
-        user_error(config, 0,
+        user_error(loader->config, 0,
                    "the scene is too large or too small for an eye to be placed, expected "
                    "camera.eye and camera.look_at");
         return false;
     }
     if (!vec_is_finite(s->camera.eye) || !vec_is_finite(view))
-        return refuse_setting(loader, config, "camera", "eye",
+        return refuse_setting(loader, "camera", "eye",
                               "eye and look_at are too far apart, expected a finite distance");
-    if (vec_is_zero(view)) return refuse_same_point(loader, config);
+    if (vec_is_zero(view)) return refuse_same_point(loader);
     if (vec_is_zero(up) || !vec_is_finite(up))
-        return refuse_setting(loader, config, "camera", "up",
+        return refuse_setting(loader, "camera", "up",
                               "up is zero or not finite, expected a direction");
     if (vec_length(vec_cross(vec_normalize(view), vec_normalize(up))) < PARALLEL)
-        return refuse_up(loader, config);
+        return refuse_up(loader);
     return true;
 }
 
-static bool kernel_good(const struct loader *loader, const char *config)
+static bool kernel_good(const struct loader *loader)
 {
     enum processor_level level = loader->settings->farm.kernel;
     if (processor_has(level)) return true;
     char *choices = processor_choices(processor_has);
-    refuse_setting(loader, config, "farm", "kernel",
-                   "kernel = %s is not for this processor, expected %s",
+    refuse_setting(loader, "farm", "kernel", "kernel = %s is not for this processor, expected %s",
                    processor_level_names[level], choices);
     free(choices);
     return false;
@@ -200,42 +198,42 @@ static void warn_of_large_target(const struct loader *loader)
 }
 
 /* Checks the numbers of samples: adaptive sampling needs even ones, as it compares two halves of equal size. */
-static bool limits_good(const struct loader *loader, const char *config)
+static bool limits_good(const struct loader *loader)
 {
     uint32_t min = loader->settings->sampling.min_samples;
     uint32_t max = loader->settings->sampling.max_samples;
     if (min % 2)
-        return refuse_setting(loader, config, "sampling", "min_samples",
+        return refuse_setting(loader, "sampling", "min_samples",
                               "min_samples is odd, expected an even number");
     if (max % 2)
-        return refuse_setting(loader, config, "sampling", "max_samples",
+        return refuse_setting(loader, "sampling", "max_samples",
                               "max_samples is odd, expected an even number");
     if (max > min) return true;
     if (setting_is_set(loader, "sampling", "max_samples"))
-        return refuse_setting(loader, config, "sampling", "max_samples",
+        return refuse_setting(loader, "sampling", "max_samples",
                               "max_samples is not above min_samples, expected more");
-    return refuse_setting(loader, config, "sampling", "min_samples",
+    return refuse_setting(loader, "sampling", "min_samples",
                           "min_samples is not below max_samples, expected "
                           "fewer");
 }
 
-static bool sampling_good(const struct loader *loader, const char *config)
+static bool sampling_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     if (!settings_adaptive(s)) {
-        if (!limits_good(loader, config)) return false;
+        if (!limits_good(loader)) return false;
         warn_of_idle_limits(loader);
         return true;
     }
     if (samples_are_idle(loader))
-        return refuse_setting(loader, config, "sampling", "samples",
+        return refuse_setting(loader, "sampling", "samples",
                               "samples is not used beside target_error or time_limit, expected "
                               "min_samples and max_samples, or samples alone (target_error = 0 and "
                               "time_limit = 0)");
     warn_of_large_target(loader);
-    if (!limits_good(loader, config)) return false;
+    if (!limits_good(loader)) return false;
     if (s->farm.schedule != SCHEDULE_DYNAMIC)
-        return refuse_setting(loader, config, "farm", "schedule",
+        return refuse_setting(loader, "farm", "schedule",
                               "target_error and time_limit need schedule = dynamic");
     return true;
 }
@@ -289,26 +287,25 @@ static bool is_argument(const struct loader *loader, const struct checked_file *
 }
 
 /* Reports two settings that name the same file, at `file` unless only `other` is an argument. Returns false. */
-static bool refuse_same(const struct loader *loader, const char *config,
-                        const struct checked_file *file, const struct checked_file *other)
+static bool refuse_same(const struct loader *loader, const struct checked_file *file,
+                        const struct checked_file *other)
 {
     bool swap = is_argument(loader, other) && !is_argument(loader, file);
     const struct checked_file *newer = swap ? other : file, *older = swap ? file : other;
-    return refuse_setting(loader, config, newer->section, newer->key,
+    return refuse_setting(loader, newer->section, newer->key,
                           "%s is also the name of the %s, expected a file of its own", newer->key,
                           older->key);
 }
 
 /* false after reporting that an output is, perhaps by a link, a file that the scene is read from. */
-static bool spares_sources(const struct loader *loader, const char *config,
-                           const struct checked_file *file)
+static bool spares_sources(const struct loader *loader, const struct checked_file *file)
 {
     struct stat status;
     if (stat(file->path, &status) != 0) return true;
     for (size_t i = 0; i < loader->source_count; i++) {
         const struct source *source = &loader->sources[i];
         if (source->device == status.st_dev && source->inode == status.st_ino)
-            return refuse_setting(loader, config, file->section, file->key,
+            return refuse_setting(loader, file->section, file->key,
                                   "%s = %s leads to %s, which the scene is read from, expected a "
                                   "file of its own",
                                   file->key, file->path, source->path);
@@ -317,26 +314,24 @@ static bool spares_sources(const struct loader *loader, const char *config,
 }
 
 /* Checks the i-th name, also against those before it. */
-static bool name_good(const struct loader *loader, const char *config,
-                      const struct checked_file *files, size_t i)
+static bool name_good(const struct loader *loader, const struct checked_file *files, size_t i)
 {
     const struct checked_file *file = &files[i];
     if (!*file->path) return true;
     if (!kind_good(file)) {
         const struct origin *origin = setting_origin(loader, file->section, file->key);
-        return refuse_setting(loader, config, file->section, file->key,
+        return refuse_setting(loader, file->section, file->key,
                               "%s has an unknown extension, expected %s%s", file->key,
                               file->extension ? file->extension : ".png, .hdr or .pfm",
                               origin->line ? comment_hint(path_name(file->path)) : "");
     }
     for (size_t k = 0; k < i; k++)
-        if (same_file(files[k].path, file->path))
-            return refuse_same(loader, config, file, &files[k]);
-    return spares_sources(loader, config, file);
+        if (same_file(files[k].path, file->path)) return refuse_same(loader, file, &files[k]);
+    return spares_sources(loader, file);
 }
 
 /* No two outputs may be the same file, and none may be the reference or a file that the scene is read from. */
-static bool output_good(const struct loader *loader, const char *config)
+static bool output_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     const struct checked_file files[] = {
@@ -350,16 +345,15 @@ static bool output_good(const struct loader *loader, const char *config)
         {"output", "ranks", s->output.ranks, NULL},
     };
     if (!*s->output.image)
-        return refuse_setting(loader, config, "output", "image",
+        return refuse_setting(loader, "output", "image",
                               "image is empty, expected the name of a file");
     for (size_t i = 1; i < sizeof files / sizeof *files; i++)
-        if (!name_good(loader, config, files, i)) return false;
+        if (!name_good(loader, files, i)) return false;
     return true;
 }
 
-bool check_settings(const struct loader *loader, const char *config)
+bool check_settings(const struct loader *loader)
 {
-    return region_good(loader, config) && size_good(loader, config) && rows_good(loader, config) &&
-           camera_good(loader, config) && kernel_good(loader, config) &&
-           sampling_good(loader, config) && output_good(loader, config);
+    return region_good(loader) && size_good(loader) && rows_good(loader) && camera_good(loader) &&
+           kernel_good(loader) && sampling_good(loader) && output_good(loader);
 }

@@ -40,6 +40,7 @@ struct loaded_section {
 };
 
 struct loader {
+    const char *config; /* its path, for messages */
     struct builder *builder;
     struct settings *settings;
     enum reach reach;
@@ -111,9 +112,8 @@ bool read_settings(struct loader *loader, const struct ini *ini);
  * after reporting an error. */
 bool apply_overrides(struct loader *loader, struct ini *ini, char *const *overrides, size_t count);
 
-/* Checks all settings against each other, including the names of outputs; config is for messages. false after reporting
- * an error. */
-bool check_settings(const struct loader *loader, const char *config);
+/* Checks all settings against each other, including the names of outputs. false after reporting an error. */
+bool check_settings(const struct loader *loader);
 
 /* Returns a copy of path that is valid until loader_free(). */
 const char *keep_path(struct loader *loader, const char *path);
