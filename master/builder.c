@@ -253,11 +253,20 @@ uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind k
     return (uint32_t)builder->primitives[kind].count;
 }
 
+static struct primitives primitives_of(const struct builder *builder, enum primitive_kind kind)
+{
+    return (struct primitives){.kind = kind,
+                               .items = builder->primitives[kind].items,
+                               .count = builder->primitives[kind].count,
+                               .vertices = builder->vertices.items,
+                               .vertex_count = builder->vertices.count,
+                               .materials = builder->materials.items};
+}
+
 struct coincidences builder_coincidences(const struct builder *builder, enum primitive_kind kind)
 {
-    const struct list *list = &builder->primitives[kind];
-    return find_coincidences(kind, list->items, list->count, builder->vertices.items,
-                             builder->vertices.count, builder->materials.items);
+    struct primitives primitives = primitives_of(builder, kind);
+    return find_coincidences(&primitives);
 }
 
 /* ---- the block ---- */
@@ -339,10 +348,8 @@ static void drop_unused_corners(struct builder *builder)
 static void drop_unseen(struct builder *builder)
 {
     for (int k = 0; k < PRIMITIVE_KINDS; k++) {
-        struct list *list = &builder->primitives[k];
-        list->count = drop_duplicates((enum primitive_kind)k, list->items, list->count,
-                                      builder->vertices.items, builder->vertices.count,
-                                      builder->materials.items);
+        struct primitives primitives = primitives_of(builder, (enum primitive_kind)k);
+        builder->primitives[k].count = drop_duplicates(&primitives);
     }
 }
 

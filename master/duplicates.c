@@ -8,19 +8,22 @@
 #include "common/scene_check.h"
 
 struct kind {
-    enum primitive_kind kind;
+    const struct primitives *all;
     size_t size, material_offset;
-    const struct vec3 *vertices;
     const uint64_t *vertex_hashes;
-    const struct material *materials;
     bool one_way; /* faces that look the other way do not coincide */
 };
+
+static const unsigned char *item_at(const struct kind *kind, uint64_t index)
+{
+    return (const unsigned char *)kind->all->items + index * kind->size;
+}
 
 /* The corners of a triangle or patch; NULL for other kinds. */
 static const uint32_t *corners_of(const struct kind *kind, const void *item)
 {
-    if (kind->kind == PRIMITIVE_TRIANGLE) return ((const struct triangle *)item)->vertex;
-    if (kind->kind == PRIMITIVE_PATCH) return ((const struct patch *)item)->vertex;
+    if (kind->all->kind == PRIMITIVE_TRIANGLE) return ((const struct triangle *)item)->vertex;
+    if (kind->all->kind == PRIMITIVE_PATCH) return ((const struct patch *)item)->vertex;
     return NULL;
 }
 
@@ -28,7 +31,7 @@ static bool is_opaque(const struct kind *kind, const unsigned char *item)
 {
     uint32_t material;
     memcpy(&material, item + kind->material_offset, sizeof material);
-    return !(kind->materials[material].transmission > 0);
+    return !(kind->all->materials[material].transmission > 0);
 }
 
 /* ---- places ---- */
@@ -50,7 +53,8 @@ static bool has_same_corners(const struct kind *kind, const uint32_t *a, const u
     bool met[3] = {false, false, false};
     for (int i = 0; i < 3; i++) {
         int k = 0;
-        while (k < 3 && (met[k] || !vec_is_same(kind->vertices[a[i]], kind->vertices[b[k]])))
+        while (k < 3 &&
+               (met[k] || !vec_is_same(kind->all->vertices[a[i]], kind->all->vertices[b[k]])))
             k++;
         if (k == 3) return false;
         met[k] = true;
@@ -63,7 +67,8 @@ static bool looks_the_same_way(const struct kind *kind, const uint32_t *a, const
 {
     for (int turn = 0; turn < 3; turn++) {
         int i = 0;
-        while (i < 3 && vec_is_same(kind->vertices[a[i]], kind->vertices[b[(i + turn) % 3]]))
+        while (i < 3 &&
+               vec_is_same(kind->all->vertices[a[i]], kind->all->vertices[b[(i + turn) % 3]]))
             i++;
         if (i == 3) return true;
     }
@@ -102,56 +107,54 @@ static struct table table_for(uint64_t count)
     return (struct table){allocate_prefaulted(slots, sizeof(struct slot)), slots - 1};
 }
 
-/* Enters item number `index`, unless an earlier one of `all` coincides with it. Returns the number of the item that has
- * the place. */
+/* Enters an item as number `index`, unless one that was entered before coincides with it. Returns the number of the
+ * item that has the place. */
 static uint32_t take_place(const struct table *table, const struct kind *kind,
-                           const unsigned char *all, const unsigned char *item, uint32_t index)
+                           const unsigned char *item, uint32_t index)
 {
     uint64_t hash = hash_of(kind, item), at = hash & table->mask;
     uint32_t tag = (uint32_t)(hash >> 32);
     for (; table->slots[at].taken > 0; at = (at + 1) & table->mask) {
         uint32_t earlier = table->slots[at].taken - 1;
-        if (table->slots[at].tag == tag && are_in_one_place(kind, item, all + earlier * kind->size))
+        if (table->slots[at].tag == tag && are_in_one_place(kind, item, item_at(kind, earlier)))
             return earlier;
     }
     table->slots[at] = (struct slot){tag, index + 1};
     return index;
 }
 
-static uint64_t *hash_vertices(const struct vec3 *vertices, uint64_t count)
+/* Owned by the caller; NULL for a kind without vertices. */
+static uint64_t *hash_vertices(const struct primitives *primitives)
 {
-    uint64_t *hashes = allocate(count, sizeof *hashes);
-    for (uint64_t i = 0; i < count; i++)
+    if (!kind_is_triangle(primitives->kind)) return NULL;
+    const struct vec3 *vertices = primitives->vertices;
+    uint64_t *hashes = allocate(primitives->vertex_count, sizeof *hashes);
+    for (uint64_t i = 0; i < primitives->vertex_count; i++)
         hashes[i] = hash64(&vertices[i], sizeof vertices[i], 0);
     return hashes;
 }
 
 /* The caller sets vertex_hashes before places are compared. */
-static struct kind kind_of(enum primitive_kind kind, const struct vec3 *vertices,
-                           const struct material *materials)
+static struct kind kind_of(const struct primitives *primitives)
 {
-    return (struct kind){.kind = kind,
-                         .size = primitive_size(kind),
-                         .material_offset = primitive_material_offset(kind),
-                         .vertices = vertices,
-                         .materials = materials};
+    return (struct kind){.all = primitives,
+                         .size = primitive_size(primitives->kind),
+                         .material_offset = primitive_material_offset(primitives->kind)};
 }
 
-uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
-                         const struct vec3 *vertices, uint64_t vertex_count,
-                         const struct material *materials)
+uint64_t drop_duplicates(const struct primitives *primitives)
 {
-    if (count < 2) return count;
-    uint64_t *hashes = kind_is_triangle(kind) ? hash_vertices(vertices, vertex_count) : NULL;
-    struct kind own = kind_of(kind, vertices, materials);
-    own.vertex_hashes = hashes;
-    struct table table = table_for(count);
-    unsigned char *all = items;
+    if (primitives->count < 2) return primitives->count;
+    struct kind kind = kind_of(primitives);
+    uint64_t *hashes = hash_vertices(primitives);
+    kind.vertex_hashes = hashes;
+    struct table table = table_for(primitives->count);
+    unsigned char *items = primitives->items;
     uint32_t kept = 0;
-    for (uint64_t i = 0; i < count; i++) {
-        unsigned char *item = all + i * own.size;
-        if (is_opaque(&own, item) && take_place(&table, &own, all, item, kept) != kept) continue;
-        if (kept < i) memcpy(all + kept * own.size, item, own.size);
+    for (uint64_t i = 0; i < primitives->count; i++) {
+        const unsigned char *item = item_at(&kind, i);
+        if (is_opaque(&kind, item) && take_place(&table, &kind, item, kept) != kept) continue;
+        if (kept < i) memcpy(items + kept * kind.size, item, kind.size);
         kept++;
     }
     free(table.slots);
@@ -159,24 +162,21 @@ uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
     return kept;
 }
 
-struct coincidences find_coincidences(enum primitive_kind kind, const void *items, uint64_t count,
-                                      const struct vec3 *vertices, uint64_t vertex_count,
-                                      const struct material *materials)
+struct coincidences find_coincidences(const struct primitives *primitives)
 {
     struct coincidences found = {0};
-    struct kind own = kind_of(kind, vertices, materials);
-    own.one_way = true;
-    const unsigned char *all = items;
+    struct kind kind = kind_of(primitives);
+    kind.one_way = true;
     uint64_t clear = 0;
-    for (uint64_t i = 0; i < count; i++)
-        clear += !is_opaque(&own, all + i * own.size);
+    for (uint64_t i = 0; i < primitives->count; i++)
+        clear += !is_opaque(&kind, item_at(&kind, i));
     if (clear < 2) return found;
-    uint64_t *hashes = kind_is_triangle(kind) ? hash_vertices(vertices, vertex_count) : NULL;
-    own.vertex_hashes = hashes;
+    uint64_t *hashes = hash_vertices(primitives);
+    kind.vertex_hashes = hashes;
     struct table table = table_for(clear);
-    for (uint32_t i = 0; i < count; i++) {
-        const unsigned char *item = all + i * own.size;
-        uint32_t holder = is_opaque(&own, item) ? i : take_place(&table, &own, all, item, i);
+    for (uint32_t i = 0; i < primitives->count; i++) {
+        const unsigned char *item = item_at(&kind, i);
+        uint32_t holder = is_opaque(&kind, item) ? i : take_place(&table, &kind, item, i);
         if (holder != i && found.count++ == 0) {
             found.earlier = holder;
             found.first = i;
