@@ -103,7 +103,7 @@ static struct written write_outputs(struct run *run)
     report->time.total = clock_wall() - run->start;
     if (!wants_report(settings)) return written;
     char *text = report_json(report);
-    written.report = text_write("output.report", settings->output.report, text, strlen(text));
+    written.report = text_write("output.report", settings->output.report, text);
     free(text);
     return written;
 }

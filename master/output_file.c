@@ -155,10 +155,10 @@ int output_close(struct output *output)
     return output->error;
 }
 
-bool text_write(const char *key, const char *path, const char *text, size_t bytes)
+bool text_write(const char *key, const char *path, const char *text)
 {
     struct output output = {.path = path};
-    output_put(&output, text, bytes);
+    output_put(&output, text, strlen(text));
     int error = output_close(&output);
     return error ? output_refused(path, key, error) : true;
 }

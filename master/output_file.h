@@ -32,7 +32,7 @@ FILE *open_in_place(const char *path);
 
 /* Writes text, such as the report; key as above. Returns false, after saying why (disk full, ...), if that
  * failed. */
-bool text_write(const char *key, const char *path, const char *text, size_t bytes);
+bool text_write(const char *key, const char *path, const char *text);
 
 /* The same for text that is better written piece by piece: put() writes it, and leaves errors to ferror(). */
 typedef void text_writer(void *context, FILE *file);

@@ -336,7 +336,7 @@ static void test_replaces_whole(void **state)
     (void)state;
     make_file("a.json", "something much longer than what follows");
     assert_int_equal(chmod("a.json", 0640), 0);
-    assert_true(text_write("output.report", "a.json", "{}\n", 3));
+    assert_true(text_write("output.report", "a.json", "{}\n"));
     assert_file_is("a.json", "{}\n");
     struct stat file;
     assert_int_equal(stat("a.json", &file), 0);
@@ -348,7 +348,7 @@ static void test_permissions_of_new_file(void **state)
 {
     (void)state;
     mode_t old = umask(027);
-    assert_true(text_write("output.report", "a.json", "x", 1));
+    assert_true(text_write("output.report", "a.json", "x"));
     umask(old);
     struct stat file;
     assert_int_equal(stat("a.json", &file), 0);
@@ -363,11 +363,11 @@ static void test_links_stay(void **state)
     assert_int_equal(symlink("there/second", "first"), 0);
     assert_int_equal(symlink("real", "there/second"), 0); /* relative to its own folder */
     assert_true(output_writable("first", "output.report"));
-    assert_true(text_write("output.report", "first", "new", 3));
+    assert_true(text_write("output.report", "first", "new"));
     assert_file_is("there/real", "new");
     assert_int_equal(unlink("there/real"), 0); /* now it points at nothing */
     assert_true(output_writable("first", "output.report"));
-    assert_true(text_write("output.report", "first", "again", 5));
+    assert_true(text_write("output.report", "first", "again"));
     assert_file_is("there/real", "again");
     struct stat link;
     assert_int_equal(lstat("first", &link), 0);
@@ -382,7 +382,7 @@ static void test_links_in_circles(void **state)
     assert_int_equal(symlink("a", "b"), 0);
     assert_false(output_writable("a", "output.report"));
     assert_one_line();
-    assert_false(text_write("output.report", "a", "x", 1));
+    assert_false(text_write("output.report", "a", "x"));
     assert_int_equal(count_files(), 2);
 }
 
@@ -422,9 +422,9 @@ static void test_full_device(void **state)
                 "place with output.image=FILE");
     assert_one_line();
     assert_false(image_write("a.pfm", &canvas, NULL));
-    assert_false(text_write("output.report", "/dev/full", "x", 1));
+    assert_false(text_write("output.report", "/dev/full", "x"));
     assert_said("with output.report=FILE");
-    assert_true(text_write("output.report", "/dev/null", "x", 1));
+    assert_true(text_write("output.report", "/dev/null", "x"));
     canvas_free(&canvas);
 }
 
@@ -435,7 +435,7 @@ static void test_fifo(void **state)
     assert_true(output_writable("pipe", "output.report")); /* does not wait for a reader */
     int reader = open("pipe", O_RDONLY | O_NONBLOCK);
     assert_true(reader >= 0);
-    assert_true(text_write("output.report", "pipe", "hello", 5));
+    assert_true(text_write("output.report", "pipe", "hello"));
     char text[10];
     assert_int_equal(read(reader, text, sizeof text), 5);
     assert_memory_equal(text, "hello", 5);
@@ -455,7 +455,7 @@ static void test_fifo_without_reader(void **state)
         int reader = open("pipe", O_RDONLY);
         _exit(read(reader, text, sizeof text) == 5 && memcmp(text, "hello", 5) == 0 ? 0 : 1);
     }
-    assert_true(text_write("output.report", "pipe", "hello", 5));
+    assert_true(text_write("output.report", "pipe", "hello"));
     assert_said("pipe is a pipe: waiting for somebody who reads from it");
     int status;
     assert_int_equal(waitpid(child, &status, 0), child);
@@ -479,7 +479,7 @@ static void check_stdout(const char *path)
     assert_non_null(freopen("out", "w", stdout));
     printf("before ");
     bool writable = output_writable(path, "output.report");
-    bool written = text_write("output.report", path, "report ", 7);
+    bool written = text_write("output.report", path, "report ");
     printf("after");
     fflush(stdout);
     dup2(terminal, STDOUT_FILENO);
@@ -509,7 +509,7 @@ static void test_descriptor(void **state)
     char *path = format_text("/dev/fd/%d", file);
     assert_int_equal(write(file, "before ", 7), 7);
     assert_true(output_writable(path, "output.report"));
-    assert_true(text_write("output.report", path, "report", 6));
+    assert_true(text_write("output.report", path, "report"));
     assert_file_is("log", "before report");
     close(file);
     assert_refused(path, "cannot write: Bad file descriptor");
@@ -521,7 +521,7 @@ static void test_descriptor(void **state)
     close(ends[0]);
     close(ends[1]);
     make_file("1", "old"); /* a number in another folder is a file's name */
-    assert_true(text_write("output.report", "1", "new", 3));
+    assert_true(text_write("output.report", "1", "new"));
     assert_file_is("1", "new");
 }
 
@@ -563,7 +563,7 @@ static void test_long_name(void **state)
     char *name = allocate_zeroed(256, 1);
     memset(name, 'x', 255);
     assert_true(output_writable(name, "output.report"));
-    assert_true(text_write("output.report", name, "x", 1));
+    assert_true(text_write("output.report", name, "x"));
     assert_file_is(name, "x");
     free(name);
 }
