@@ -49,10 +49,10 @@ static uint64_t pixels_in(const struct run *run)
 /* Takes over what an earlier run has left. */
 static void resume(struct run *run)
 {
-    const struct save_found *found = save_found(run->save);
+    struct save_found found = save_found(run->save);
     /* After pass 0 nothing of it is rendered any more, even if it was cut off. */
     bool behind = run->adaptive && adaptive_passes(run->adaptive) > 1;
-    if (!found->pixels && !behind) return;
+    if (!found.pixels && !behind) return;
     queue_skip(run->queue, saved_pixels, run->save);
     if (behind) {
         save_use_all(run->save);
@@ -63,7 +63,7 @@ static void resume(struct run *run)
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
         .pixels = behind ? pixels_in(run) : count.pixels_finished,
-        .records = found->records,
+        .records = found.records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
         /* CPU time, as wall time would count the time slices of other ranks that shared cores then. */
@@ -71,7 +71,7 @@ static void resume(struct run *run)
         .repeated_s = used.repeated_s,
         .counts = used.counts,
     };
-    tell_resumed(run, found->pixels);
+    tell_resumed(run, found.pixels);
 }
 
 /* Pixels that count as one tile when space is reserved for what a cut-off pass 0 has left. Most lattices have fewer
@@ -100,7 +100,7 @@ bool open_run_journal(struct run *run, const struct scene *scene)
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
-    if (save_found(run->save)->records) {
+    if (save_found(run->save).records) {
         struct save_kept kept = save_keep(run->save);
         save_kept_free(&kept);
     } else {

@@ -58,8 +58,8 @@ struct save {
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
     /* A pass that cannot be planned as its records in the journal say; 0: none. */
     uint32_t refused_pass;
-    struct save_found found;
-    struct found tiles; /* tiles that were found; from save_start() on only which pixels */
+    uint64_t found_pixels; /* each counted once */
+    struct found tiles;    /* tiles that were found; from save_start() on only which pixels */
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
@@ -145,8 +145,7 @@ static uint32_t note(struct save *save, const struct journal_record *record,
 {
     struct found_tile tile = {record->tile, record->seconds, head->cpu_s, head->counts};
     uint32_t pixels = found_add(&save->tiles, &tile);
-    save->found.records++;
-    save->found.pixels += pixels;
+    save->found_pixels += pixels;
     return pixels;
 }
 
@@ -351,9 +350,9 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
     return NULL;
 }
 
-const struct save_found *save_found(const struct save *save)
+struct save_found save_found(const struct save *save)
 {
-    return &save->found;
+    return (struct save_found){journal_found(save->journal).records, save->found_pixels};
 }
 
 bool save_was_empty(const struct save *save)

@@ -37,7 +37,7 @@ struct save;
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
                        struct adaptive *adaptive);
 
-const struct save_found *save_found(const struct save *save);
+struct save_found save_found(const struct save *save);
 
 /* Whether the journal held nothing when it was opened: nothing is lost with it before save_start(). */
 bool save_was_empty(const struct save *save);

@@ -79,7 +79,7 @@ static void test_tiles_come_back(void **state)
     keep(save);
     assert_true(clock_wall() - begin < 0.9); /* the thread would have looked after a second */
     save = open_save(*state, &again, NULL);
-    struct save_found found = *save_found(save);
+    struct save_found found = save_found(save);
     assert_true(found.records == 3 && found.pixels == 2 * EDGE * EDGE);
     check_columns(&again, &whole, 0, 2 * EDGE);
     struct tile first = tile_at(0, EDGE, 0), wider = tile_at(EDGE, EDGE + 1, 0);
@@ -146,7 +146,7 @@ static void check_passes(struct scratch *s, double left_s)
     render(&first, 0, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    struct save_found found = *save_found(next.save);
+    struct save_found found = save_found(next.save);
     assert_true(found.records == 7 && found.pixels == PIXELS);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
@@ -180,7 +180,7 @@ static void test_lattices_come_back(void **state)
     uint64_t unsampled = adaptive_unsampled(first.adaptive);
     assert_true(unsampled > 0 && unsampled < PIXELS - 2 * EDGE * EDGE);
     run_open(&next, s, 1e-3);
-    struct save_found found = *save_found(next.save);
+    struct save_found found = save_found(next.save);
     assert_true(found.records == 3 && found.pixels == EDGE * EDGE);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_int_equal(adaptive_unsampled(next.adaptive), unsampled);
@@ -206,7 +206,7 @@ static void test_lattices_alone_come_back(void **state)
     render(&first, EDGE, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    struct save_found found = *save_found(next.save);
+    struct save_found found = save_found(next.save);
     assert_true(found.records == 1 && found.pixels == 0);
     assert_int_equal(adaptive_passes(next.adaptive), 2);
     uint64_t unsampled = adaptive_unsampled(next.adaptive);
@@ -228,7 +228,7 @@ static void test_lost_below(void **state)
     render(&first, 2 * EDGE, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    assert_int_equal(save_found(next.save)->pixels, EDGE * EDGE);
+    assert_int_equal(save_found(next.save).pixels, EDGE * EDGE);
     assert_non_null(strstr(s->said, "cannot be used"));
     save_drop(next.save);
     run_close(&first);
@@ -258,7 +258,7 @@ static void check_refused(struct scratch *s, bool adaptive, uint32_t x, uint32_t
         canvas_init(&canvas, again ? width : WIDTH, EDGE);
         struct adaptive *plan = adaptive ? adaptive_create(&view, &canvas, 1e-3) : NULL;
         struct save *save = open_save(s, &canvas, plan);
-        assert_int_equal(save_found(save)->records, 0);
+        assert_int_equal(save_found(save).records, 0);
         assert_int_equal(strstr(s->said, "cannot be used") != NULL, again);
         save_start(save, TILES, PIXELS);
         if (again)
@@ -308,7 +308,7 @@ static void test_other_target(void **state)
     render(&first, 0, WIDTH, true);
     keep(first.save);
     run_open(&next, s, 2e-3);
-    assert_int_equal(save_found(next.save)->records, 0);
+    assert_int_equal(save_found(next.save).records, 0);
     assert_non_null(strstr(s->said, "another picture"));
     save_drop(next.save);
     assert_int_equal(unlink(PATH ".1"), 0);
