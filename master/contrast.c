@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "common/extremes.h"
+#include "common/vec.h"
 
 /* Pixels that are processed together: their data stays in the first-level cache. */
 #define CHUNK 128u
@@ -55,20 +56,11 @@ static struct planes planes_of(const struct color_row rows[3], uint32_t first)
 }
 
 /* The difference between the colours of a neighbour and of a pixel. */
-struct difference {
-    double x, y, z;
-};
-
-static inline struct difference difference_to(const struct planes *planes, unsigned k, uint32_t i)
+static inline struct vec3 difference_to(const struct planes *planes, unsigned k, uint32_t i)
 {
-    return (struct difference){planes->there[k][0][i] - planes->here[0][i],
-                               planes->there[k][1][i] - planes->here[1][i],
-                               planes->there[k][2][i] - planes->here[2][i]};
-}
-
-static inline double product(struct difference a, struct difference b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
+    return vec3(planes->there[k][0][i] - planes->here[0][i],
+                planes->there[k][1][i] - planes->here[1][i],
+                planes->there[k][2][i] - planes->here[2][i]);
 }
 
 /* For each pixel of a chunk: the largest difference and its square; 0 where no neighbour counts. */
@@ -76,9 +68,9 @@ struct farthest {
     double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
 };
 
-static inline void take_farther(struct difference to, struct difference *far, double *square)
+static inline void take_farther(struct vec3 to, struct vec3 *far, double *square)
 {
-    double now = product(to, to);
+    double now = vec_dot(to, to);
     bool farther = now > *square;
     far->x = farther ? to.x : far->x;
     far->y = farther ? to.y : far->y;
@@ -91,7 +83,7 @@ static void find_farthest(const struct planes *it, uint32_t count, struct farthe
     const struct planes planes = *it;
     OVER_PIXELS
     for (uint32_t i = 0; i < count; i++) {
-        struct difference far = {0, 0, 0};
+        struct vec3 far = vec3(0, 0, 0);
         double square = 0;
 #define TAKE(k) take_farther(difference_to(&planes, k, i), &far, &square);
         FOR_NEIGHBOURS(TAKE)
@@ -110,9 +102,9 @@ static void find_opposite(const struct planes *it, uint32_t count, const struct 
     const struct planes planes = *it;
     OVER_PIXELS
     for (uint32_t i = 0; i < count; i++) {
-        struct difference far = {farthest->x[i], farthest->y[i], farthest->z[i]};
+        struct vec3 far = {farthest->x[i], farthest->y[i], farthest->z[i]};
         double least = 0;
-#define TAKE(k) least = smaller_number(product(far, difference_to(&planes, k, i)), least);
+#define TAKE(k) least = smaller_number(vec_dot(far, difference_to(&planes, k, i)), least);
         FOR_NEIGHBOURS(TAKE)
 #undef TAKE
         opposite[i] = least;
