@@ -96,8 +96,8 @@ struct lot_header {
 
 struct drop {
     uint32_t tile_id;
-    /* 1: another renderer has finished the tile, so it is to be abandoned even if it is begun; 0: another has
-     * it, too */
+    /* 1: an answer is of no use any more, so the tile is to be abandoned even if it is begun; 0: only if it is not
+     * begun, as another renderer has it, too, or it is withdrawn */
     uint32_t finished;
 };
 

@@ -252,9 +252,12 @@ static void end_server(struct server *server)
     free(server->message);
 }
 
+/* Of a message from a renderer: the result of the largest lot, whose tiles are padded to multiples of 8 bytes
+ * (result_bytes()), or what it sends at its end. Probes have a float more per pixel than tiles of the picture. */
 static size_t largest_message(const struct service *service)
 {
-    size_t floats = service->adaptive ? REFINED_FLOATS : 4;
+    const struct tile probe = {.pass = TILE_PROBE};
+    size_t floats = service->adaptive ? REFINED_FLOATS : result_floats(&probe, false);
     size_t bytes = LOT_TILES * (sizeof(struct result_header) + 8) +
                    queue_largest_lot(service->queue) * floats * sizeof(float);
     _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");
