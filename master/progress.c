@@ -18,6 +18,11 @@ static const double smooth_part = 0.25;
 
 enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
 
+static bool draws_bar(const struct progress *progress)
+{
+    return progress->descriptor >= 0;
+}
+
 /* Removes the bar; stderr is locked, as other threads print messages. */
 static void erase_bar(void *state)
 {
@@ -33,14 +38,13 @@ void progress_start(struct progress *progress, FILE *out, double now, double bef
     int descriptor = terminal_draws() ? terminal_open(out) : -1;
     *progress = (struct progress){
         .out = out,
-        .terminal = descriptor >= 0,
         .descriptor = descriptor,
         .started = now,
         .before = before,
         .last_shown = now,
         .left = -1,
     };
-    if (progress->terminal) message_clear_line(erase_bar, progress);
+    if (draws_bar(progress)) message_clear_line(erase_bar, progress);
 }
 
 /* Notes the beginning of a pass, of which what earlier passes have done is no part. */
@@ -201,11 +205,11 @@ static void print_line(const struct progress *progress, const struct progress_st
 void progress_update(struct progress *progress, const struct progress_state *state, double now)
 {
     note_pass(progress, state);
-    if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
+    if (now - progress->last_shown < (draws_bar(progress) ? redraw_s : line_s)) return;
     note_share(progress, state);
     estimate_left(progress, state->share_done, state->share_before, now);
     heed_limit(progress, state, now);
-    if (progress->terminal)
+    if (draws_bar(progress))
         draw_bar(progress, state, now);
     else
         print_line(progress, state, now);
@@ -217,8 +221,8 @@ void progress_end(struct progress *progress)
     flockfile(stderr);
     erase_bar(progress);
     funlockfile(stderr);
-    if (progress->terminal) message_clear_line(NULL, NULL);
-    if (progress->descriptor >= 0) close(progress->descriptor);
+    if (!draws_bar(progress)) return;
+    message_clear_line(NULL, NULL);
+    close(progress->descriptor);
     progress->descriptor = -1;
-    progress->terminal = false;
 }

@@ -11,9 +11,9 @@
 #include <stdio.h>
 
 struct progress {
-    FILE *out;         /* stderr */
-    bool terminal;     /* redraw in place */
-    int descriptor;    /* of the terminal, for its width; -1: none */
+    FILE *out; /* stderr */
+    /* Of the terminal on which the bar is redrawn in place, for its width; -1: lines are printed. */
+    int descriptor;
     double started;    /* when rendering started: seconds of any origin */
     double before;     /* seconds of the run before that, such as for loading the scene */
     double last_shown; /* when it was last updated: same origin */
