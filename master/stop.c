@@ -39,6 +39,14 @@ static void act(int number, void (*handler)(int), int flags)
     sigaction(number, &action, NULL);
 }
 
+/* The same for all signals that end a run in order. */
+static void act_on_stops(void (*handler)(int))
+{
+    act(SIGINT, handler, 0);
+    act(SIGTERM, handler, 0);
+    act(SIGUSR1, handler, 0);
+}
+
 static void remove_useless(void)
 {
     const char *path = useless;
@@ -97,9 +105,7 @@ void stop_hold_signal(void)
 void stop_install(int rank)
 {
     find_launcher_pipe();
-    act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
-    act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
-    act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
+    act_on_stops(rank == 0 ? note_signal : SIG_IGN);
     /* A terminal or the reader of a pipe may go away. UCX would otherwise make a hangup a matter for its
      * debugger. */
     act(SIGHUP, SIG_IGN, 0);
@@ -204,9 +210,7 @@ void stop_unwatch_the_start(void)
 void stop_watch_the_end(int status)
 {
     final_status = status;
-    act(SIGINT, SIG_IGN, 0);
-    act(SIGTERM, SIG_IGN, 0);
-    act(SIGUSR1, SIG_IGN, 0);
+    act_on_stops(SIG_IGN);
     act(SIGALRM, leave, (int)SA_RESETHAND);
     alarm(LONGEST_END);
 }
