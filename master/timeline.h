@@ -117,8 +117,8 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
 /* The colour of a place on that scale, 0 (cheap) <= heat <= 1, as it is in a PNG. */
 void timeline_heat_color(double heat, float rgb[3]);
 
-/* Draws which of `count` renderers rendered what, in a colour for each (master/rank_colors.h); tiles are outlined
- * where they are at least 8 pixels wide and high. canvas as above. */
-void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas);
+/* Draws which renderer rendered what, in the colours of the renderers; tiles are outlined where they are at least 8
+ * pixels wide and high. canvas as above. */
+void timeline_ranks(const struct timeline *timeline, float (*colors)[3], struct canvas *canvas);
 
 #endif

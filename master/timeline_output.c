@@ -59,18 +59,15 @@ static bool write_heatmap(const struct timeline *timeline, const char *path, str
     return written;
 }
 
-/* The colour of each rank; owned by the caller. */
-static struct legend_entry *legend_of(const struct report *report)
+/* Owned by the caller. */
+static struct legend_entry *legend_of(const struct report *report, float (*colors)[3])
 {
     uint32_t count = (uint32_t)report->renderer_count;
     struct legend_entry *entries = allocate(count, sizeof *entries);
-    float(*colors)[3] = allocate(count, sizeof *colors);
-    rank_colors(count, colors);
     for (uint32_t i = 0; i < count; i++) {
         entries[i].number = report->renderers[i].rank;
         memcpy(entries[i].rgb, colors[i], sizeof colors[i]);
     }
-    free(colors);
     return entries;
 }
 
@@ -78,15 +75,18 @@ static bool write_ranks(const struct timeline *timeline, const char *path,
                         const struct report *report)
 {
     uint32_t count = (uint32_t)report->renderer_count, height = report->image_height;
-    struct legend_entry *entries = legend_of(report);
+    float(*colors)[3] = allocate(count, sizeof *colors);
+    rank_colors(count, colors);
+    struct legend_entry *entries = legend_of(report, colors);
     struct canvas canvas;
     canvas_init(&canvas, report->image_width,
                 height + legend_height(report->image_width, height, entries, count));
-    timeline_ranks(timeline, count, &canvas);
+    timeline_ranks(timeline, colors, &canvas);
     if (canvas.height > height) legend_draw(&canvas, height, entries, count);
     bool written = image_write_for("output.ranks", path, &canvas, NULL);
     canvas_free(&canvas);
     free(entries);
+    free(colors);
     return written;
 }
 

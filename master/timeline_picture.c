@@ -1,11 +1,8 @@
 /* The pictures of a timeline: what each pixel cost, and which renderer rendered it. */
 #include <math.h>
 #include <stdbool.h>
-#include <stdlib.h>
 
-#include "common/message.h"
 #include "common/vec.h"
-#include "master/rank_colors.h"
 #include "master/timeline.h"
 
 /* ---- colours ---- */
@@ -97,10 +94,8 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, uint32_t hei
 /* Tiles that are narrower than this are not outlined: the outline would be most of them. */
 #define OUTLINED 8
 
-void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas)
+void timeline_ranks(const struct timeline *timeline, float (*colors)[3], struct canvas *canvas)
 {
-    float(*colors)[3] = allocate(count, sizeof *colors);
-    rank_colors(count, colors);
     for (size_t i = 0; i < timeline->count; i++) {
         const struct timeline_entry *entry = &timeline->entries[i];
         if (entry->kind != TIMELINE_TILE) continue;
@@ -114,5 +109,4 @@ void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canv
                 canvas_at(canvas, x, y)[c] = shade * colors[entry->renderer][c];
         }
     }
-    free(colors);
 }

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "master/rank_colors.h"
 #include "master/timeline.h"
 #include "master/timeline_output.h"
 #include "test/text.h"
@@ -374,11 +375,13 @@ static void test_ranks(void **state)
     struct timeline timeline = {0};
     struct canvas canvas;
     enum { RANKS = 44 };
+    float colors[RANKS][3];
+    rank_colors(RANKS, colors);
     canvas_init(&canvas, RANKS + 1, 1);
     for (uint32_t i = 0; i < RANKS; i++)
         add(&timeline, TIMELINE_TILE, i, square(i, 0, 1), 0, 1);
     add(&timeline, TIMELINE_WASTED, 7, square(0, 0, 1), 0, 1);
-    timeline_ranks(&timeline, RANKS, &canvas);
+    timeline_ranks(&timeline, colors, &canvas);
     for (int i = 0; i <= RANKS; i++) {
         for (int k = 0; k < i; k++) {
             double distance = 0;
@@ -443,6 +446,8 @@ static void test_each_output(void **state)
     settings_free(&settings);
 }
 
+static float white[1][3] = {{1, 1, 1}};
+
 /* A tile's upper and left edge are darker, so that tiles of one rank can be told apart. */
 static void test_outlines(void **state)
 {
@@ -452,7 +457,7 @@ static void test_outlines(void **state)
     canvas_init(&canvas, 16, 8);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 8), 0, 1);
     add(&timeline, TIMELINE_TILE, 0, square(8, 0, 8), 0, 1);
-    timeline_ranks(&timeline, 1, &canvas);
+    timeline_ranks(&timeline, white, &canvas);
     assert_true(lightness(&canvas, 8, 4) < 0.8 * lightness(&canvas, 7, 4));
     assert_true(lightness(&canvas, 7, 4) == lightness(&canvas, 12, 7));
     assert_true(lightness(&canvas, 12, 0) == lightness(&canvas, 8, 4));
@@ -473,7 +478,7 @@ static void test_no_outlines(void **state)
         struct canvas canvas;
         canvas_init(&canvas, 16, 16);
         add(&timeline, TIMELINE_TILE, 0, tiles[i], 0, 1);
-        timeline_ranks(&timeline, 1, &canvas);
+        timeline_ranks(&timeline, white, &canvas);
         assert_true(lightness(&canvas, 0, 0) == lightness(&canvas, 4, 4));
         assert_true(lightness(&canvas, 0, 4) == lightness(&canvas, 4, 4));
         canvas_free(&canvas);
