@@ -10,6 +10,18 @@
 static const int straight[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
 static const int diagonal[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
 
+/* A picture of which some pixels are known. */
+struct picture {
+    const struct canvas *canvas;
+    const uint8_t *known; /* per pixel */
+    const struct preview *preview;
+};
+
+static bool is_known(const struct picture *picture, uint32_t x, uint32_t y)
+{
+    return picture->known[(size_t)y * picture->canvas->width + x];
+}
+
 /* Where a neighbour of a pixel is. A coordinate below 0 wraps around to a very large one. */
 struct neighbour {
     uint32_t x, y;
@@ -43,12 +55,11 @@ static void mean_of(const struct canvas *canvas, const struct neighbour *around,
         mean[c] = sum[c] / (float)count;
 }
 
-static int count_known(const struct canvas *canvas, const uint8_t *known,
-                       const struct neighbour *around, int count)
+static int count_known(const struct picture *picture, const struct neighbour *around, int count)
 {
     int sum = 0;
     for (int i = 0; i < count; i++)
-        sum += known[(size_t)around[i].y * canvas->width + around[i].x] > 0;
+        sum += is_known(picture, around[i].x, around[i].y);
     return sum;
 }
 
@@ -62,37 +73,37 @@ static bool blocks_tell_more(uint32_t edge, uint32_t spacing, int neighbours, in
 }
 
 /* The colour for a pixel of this lattice that does not belong to the next coarser one. */
-static void guess(const struct canvas *canvas, const uint8_t *known, const struct preview *preview,
-                  uint32_t lattice, uint32_t x, uint32_t y, float color[3])
+static void guess(const struct picture *picture, uint32_t lattice, uint32_t x, uint32_t y,
+                  float color[3])
 {
+    const struct preview *preview = picture->preview;
     struct neighbour around[4];
-    int count = neighbours_of(canvas, lattice, x, y, around);
-    int there = count_known(canvas, known, around, count);
+    int count = neighbours_of(picture->canvas, lattice, x, y, around);
+    int there = count_known(picture, around, count);
     if (blocks_tell_more(preview->edge, lattice_row_step(lattice), count, there))
         preview_between(preview, x, y, color);
     else
-        mean_of(canvas, around, count, color);
+        mean_of(picture->canvas, around, count, color);
 }
 
-static void fill_lattice(struct canvas *canvas, const uint8_t *known, const struct preview *preview,
-                         uint32_t lattice)
+static void fill_lattice(const struct picture *picture, uint32_t lattice)
 {
+    const struct canvas *canvas = picture->canvas;
     uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
     for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
-            if (!known[(size_t)y * canvas->width + x])
-                guess(canvas, known, preview, lattice, x, y, canvas_at(canvas, x, y));
+            if (!is_known(picture, x, y)) guess(picture, lattice, x, y, canvas_at(canvas, x, y));
 }
 
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview)
 {
+    const struct picture picture = {canvas, known, preview};
     preview_complete(preview);
     for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
         for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
-            if (!known[(size_t)y * canvas->width + x])
-                preview_between(preview, x, y, canvas_at(canvas, x, y));
+            if (!is_known(&picture, x, y)) preview_between(preview, x, y, canvas_at(canvas, x, y));
     for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0;)
-        fill_lattice(canvas, known, preview, lattice);
+        fill_lattice(&picture, lattice);
 }
 
 /* ---- the error of filled pixels ---- */
@@ -112,35 +123,35 @@ static double squared_miss(const float a[3], const float b[3])
     return sum / 3;
 }
 
-static bool is_whole(const struct canvas *canvas, const uint8_t *known, uint32_t lattice)
+static bool is_whole(const struct picture *picture, uint32_t lattice)
 {
+    const struct canvas *canvas = picture->canvas;
     uint32_t step = lattice_step(lattice);
     for (uint32_t y = 0; y < canvas->height; y += lattice_row_step(lattice))
         for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step)
-            if (!known[(size_t)y * canvas->width + x]) return false;
+            if (!is_known(picture, x, y)) return false;
     return true;
 }
 
 /* Whether the adjacent pixel is known: the one to the right, or in the last column the one to the left. */
-static bool is_accompanied(const struct canvas *canvas, const uint8_t *known, uint32_t x,
-                           uint32_t y)
+static bool is_accompanied(const struct picture *picture, uint32_t x, uint32_t y)
 {
-    uint32_t beside = x + 1 < canvas->width ? x + 1 : x - 1;
-    return canvas->width > 1 && known[(size_t)y * canvas->width + beside];
+    uint32_t width = picture->canvas->width;
+    return width > 1 && is_known(picture, x + 1 < width ? x + 1 : x - 1, y);
 }
 
 /* The mean squared error of guesses for pixels of a complete lattice that do not belong to the next coarser one,
  * where there are unknown pixels beside them; NaN: there are none. */
-static double miss_of(const struct canvas *canvas, const uint8_t *known,
-                      const struct preview *preview, uint32_t lattice)
+static double miss_of(const struct picture *picture, uint32_t lattice)
 {
+    const struct canvas *canvas = picture->canvas;
     double sum = 0, count = 0;
     uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
     for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step) {
             float color[3];
-            if (is_accompanied(canvas, known, x, y)) continue;
-            guess(canvas, known, preview, lattice, x, y, color);
+            if (is_accompanied(picture, x, y)) continue;
+            guess(picture, lattice, x, y, color);
             sum += squared_miss(color, canvas_at(canvas, x, y));
             count++;
         }
@@ -149,8 +160,9 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
 
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview)
 {
+    const struct picture picture = {canvas, known, preview};
     double miss = (double)NAN;
     for (uint32_t lattice = 0; lattice < LATTICE_COARSEST && isnan(miss); lattice++)
-        if (is_whole(canvas, known, lattice)) miss = miss_of(canvas, known, preview, lattice);
+        if (is_whole(&picture, lattice)) miss = miss_of(&picture, lattice);
     return GUESSED_SHARE * miss;
 }
