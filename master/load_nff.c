@@ -26,8 +26,7 @@ struct nff {
     const struct part *part;
     struct loader *loader;
     struct builder *builder;
-    struct scan scan;
-    const char *path; /* valid as long as the loader */
+    struct scan scan; /* its path is valid as long as the loader */
 
     bool has_view, has_background;
     struct vec3 from, at, up;
@@ -54,7 +53,7 @@ enum view_field { FROM = 1, AT = 2, UP = 4, ANGLE = 8, RESOLUTION = 16 };
 
 static bool refuse(const struct nff *nff, const char *text)
 {
-    user_error(nff->path, nff->scan.line, "%s", nff->scan.too_large ? NUMBER_TOO_LARGE : text);
+    user_error(nff->scan.path, nff->scan.line, "%s", nff->scan.too_large ? NUMBER_TOO_LARGE : text);
     return false;
 }
 
@@ -186,8 +185,8 @@ static bool read_material(struct nff *nff)
     if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
     nff->has_material = true;
     if (nff->told_gain) return true;
-    nff->told_gain = warn_of_gain(&m, nff->path, scan->line);
-    nff->told_gain |= warn_of_bright_color(&m, nff->path, scan->line);
+    nff->told_gain = warn_of_gain(&m, nff->scan.path, scan->line);
+    nff->told_gain |= warn_of_bright_color(&m, nff->scan.path, scan->line);
     return true;
 }
 
@@ -225,7 +224,7 @@ static bool read_cone(struct nff *nff)
         !read_cone_end(nff, &cone.apex, &cone.apex_radius))
         return false;
     if ((cone.base_radius < 0 || cone.apex_radius < 0) && !nff->told_inside) {
-        user_warning(nff->path, nff->scan.line,
+        user_warning(nff->scan.path, nff->scan.line,
                      "a cone with a negative radius is seen from outside too");
         nff->told_inside = true;
     }
@@ -289,7 +288,7 @@ static bool read_corner_count(struct nff *nff, uint32_t *corners)
     /* In quotes, as the word might read like part of the message. */
     char *given = scan_word(&ahead, word, sizeof word) ? format_text("'%s'", word) : NULL;
     user_error(
-        nff->path, nff->scan.line,
+        nff->scan.path, nff->scan.line,
         "%s in place of a polygon's number of corners, expected 3 to " DIGITS(POLYGON_MAX_CORNERS),
         given ? given : "nothing");
     free(given);
@@ -304,7 +303,8 @@ static bool read_corners(struct nff *nff, bool with_normals)
     for (uint32_t i = 0; i < corners; i++)
         if (!read_corner(nff, i, with_normals)) return false;
     if (!accept(nff, triangulate(nff->corners, corners, &nff->triangulation))) return false;
-    faces_note_polygon(&nff->faces, nff->corners, &nff->triangulation, nff->path, nff->scan.line);
+    faces_note_polygon(&nff->faces, nff->corners, &nff->triangulation, nff->scan.path,
+                       nff->scan.line);
     for (size_t i = 0; i < nff->triangulation.count; i++)
         if (!accept_placed(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
             return false;
@@ -342,7 +342,7 @@ static bool read_statement(struct nff *nff)
     scan_word(&nff->scan, word, sizeof word);
     for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
         if (strcmp(word, statements[i].word) == 0) return statements[i].read(nff);
-    user_error(nff->path, nff->scan.line,
+    user_error(nff->scan.path, nff->scan.line,
                "unknown statement '%s', expected v, b, l, f, s, c, p or pp", word);
     return false;
 }
@@ -367,7 +367,7 @@ static void offer(struct nff *nff, const char *section, const char *name, const 
     struct origin *origin = &nff->loader->origins[index];
     if (origin->file) return;
     memcpy((char *)nff->loader->settings + settings_keys[index].offset, value, size);
-    *origin = (struct origin){nff->path, nff->view_line};
+    *origin = (struct origin){nff->scan.path, nff->view_line};
 }
 
 /* Converts NFF's angle, between the centres of the first and the last row of pixels, to a field of view in degrees,
@@ -383,7 +383,7 @@ static bool offer_view(struct nff *nff)
 {
     if (!nff->has_view) return true;
     if ((nff->seen & (FROM | AT | UP | ANGLE)) != (FROM | AT | UP | ANGLE)) {
-        user_error(nff->path, nff->view_line,
+        user_error(nff->scan.path, nff->view_line,
                    "the view is not complete, expected from, at, up and angle");
         return false;
     }
@@ -418,10 +418,10 @@ static bool read_all(struct nff *nff)
     for (; scan_next_line(&nff->scan); any = true)
         if (!read_statement(nff)) return false;
     if (!any) { /* it has been truncated or never written */
-        user_error(nff->path, 0, "has no statements, expected at least one");
+        user_error(nff->scan.path, 0, "has no statements, expected at least one");
         return false;
     }
-    faces_warn_of_flat(&nff->faces, nff->path);
+    faces_warn_of_flat(&nff->faces, nff->scan.path);
     if (!add_lights(nff) || !offer_view(nff)) return false;
     offer_background(nff);
     return true;
@@ -432,8 +432,7 @@ bool load_nff(const struct part *part)
     struct text_file file;
     if (!text_file_read(part->path, SCENE_MAX_BYTES, &file)) return false;
     struct nff nff = {.part = part, .loader = part->loader, .builder = part->loader->builder};
-    nff.path = keep_path(part->loader, part->path);
-    nff.scan = scan_start(file.text, nff.path, false);
+    nff.scan = scan_start(file.text, keep_path(part->loader, part->path), false);
     bool good = read_all(&nff);
     free(nff.lights);
     free(nff.corners);
