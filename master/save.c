@@ -49,7 +49,7 @@ struct part_head {
 
 struct finished_list {
     struct finished *items;
-    size_t count, room;
+    size_t count;
 };
 
 struct save {
@@ -193,14 +193,10 @@ static bool append(struct save *save, const struct finished *finished)
 
 /* ---- lists ---- */
 
-static void list_append(struct finished_list *list, const struct finished *items, size_t count)
+static void list_append(struct finished_list *list, const struct finished *item)
 {
-    if (count > list->room - list->count) {
-        list->room = 2 * list->room > list->count + count ? 2 * list->room : list->count + count;
-        list->items = reallocate(list->items, list->room, sizeof *list->items);
-    }
-    if (count) memcpy(list->items + list->count, items, count * sizeof *items);
-    list->count += count;
+    list->items = grow(list->items, list->count, sizeof *list->items);
+    list->items[list->count++] = *item;
 }
 
 /* Removes the first items. */
@@ -231,7 +227,8 @@ static bool write_waiting(struct save *save)
 /* The lock is held. */
 static void take_over(struct save *save)
 {
-    list_append(&save->waiting, save->come.items, save->come.count);
+    for (size_t i = 0; i < save->come.count; i++)
+        list_append(&save->waiting, &save->come.items[i]);
     save->come.count = 0;
 }
 
@@ -274,7 +271,7 @@ static void *write_tiles(void *argument)
 static void come_in(struct save *save, const struct finished *finished)
 {
     pthread_mutex_lock(&save->lock);
-    list_append(&save->come, finished, 1);
+    list_append(&save->come, finished);
     if (save->idle) pthread_cond_signal(&save->changed);
     pthread_mutex_unlock(&save->lock);
 }
