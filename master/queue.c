@@ -153,16 +153,13 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
     queue_count_outlook(queue, id);
 }
 
-/* Marks the tile as finished; seconds: what it took. Returns what becomes of the answer. */
+/* Returns what becomes of an answer, and marks the tile as finished; under fixed shares share_finish() does that.
+ * seconds: what it took. */
 static enum answer mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
-    if (queue->is_static) {
-        bool first = !queue->share_finished[id];
-        queue->share_finished[id] = 1;
-        return first ? ANSWER_COUNTS : ANSWER_IN_VAIN;
-    }
+    if (queue_is_finished(queue, id)) return ANSWER_IN_VAIN;
+    if (queue->is_static) return ANSWER_COUNTS;
     struct item *item = &queue->items[id];
-    if (item->finished) return ANSWER_IN_VAIN;
     queue_tell_finished(queue, id);
     pieces_drop(queue, id);
     if (!item->is_piece) {
@@ -404,9 +401,8 @@ bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *ti
     while (*next < ids) {
         uint32_t id = (*next)++;
         *tile = queue_tile_of(queue, id);
-        if (queue->is_static ? share_has_pixels(tile) && !queue->share_finished[id]
-                             : tile->pass != TILE_PROBE && !queue->items[id].finished)
-            return true;
+        bool is_one = queue->is_static ? share_has_pixels(tile) : tile->pass != TILE_PROBE;
+        if (is_one && !queue_is_finished(queue, id)) return true;
     }
     return false;
 }

@@ -76,7 +76,6 @@ struct queue {
     bool is_dynamic;
     bool is_static; /* strips, cyclic or cyclic-rows: uses shares instead of items */
     struct shares shares;
-    unsigned char *share_finished; /* per id: 1 when the tile is finished */
 
     struct item *items;
     uint32_t item_count, item_room;
@@ -130,6 +129,11 @@ static inline struct tile item_tile(const struct item *item)
 static inline bool is_of_picture(const struct item *item)
 {
     return item->pass != TILE_PROBE && !item->replaced && !item->is_piece;
+}
+
+static inline bool queue_is_finished(const struct queue *queue, uint32_t id)
+{
+    return queue->is_static ? queue->shares.finished[id] : queue->items[id].finished;
 }
 
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);

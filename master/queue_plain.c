@@ -12,9 +12,8 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
     uint32_t i = queue->holdings.holders[silent].first;
     for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
         struct hold *hold = &queue->holdings.holds[i];
-        bool finished =
-            queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
-        if (hold->recalled || finished || holdings_find(&queue->holdings, renderer, hold->id))
+        if (hold->recalled || queue_is_finished(queue, hold->id) ||
+            holdings_find(&queue->holdings, renderer, hold->id))
             continue;
         holdings_recall(&queue->holdings, hold);
         queue->count.repeated++;

@@ -162,8 +162,6 @@ static bool start_shares(struct queue *queue)
     share_init(&queue->shares, &config, QUEUE_MAX_TILES);
     if (queue->shares.ids > QUEUE_MAX_TILES) return false;
     uint32_t ids = (uint32_t)queue->shares.ids;
-    queue->share_finished = allocate_zeroed(ids, 1);
-    queue->shares.finished = queue->share_finished;
     for (uint32_t id = 0; id < ids; id++) {
         struct tile tile = share_tile(&queue->shares, id);
         if (!share_has_pixels(&tile)) continue;
@@ -194,7 +192,6 @@ void queue_destroy(struct queue *queue)
     cost_free(&queue->map);
     pace_free(&queue->pace);
     agenda_free(&queue->waiting);
-    free(queue->share_finished);
     free(queue->items);
     free(queue->probes_given);
     free(queue->groups);
@@ -210,7 +207,6 @@ void queue_destroy(struct queue *queue)
 static void skip_tile(struct queue *queue, const struct tile *tile)
 {
     if (queue->is_static) {
-        queue->share_finished[tile->id] = 1;
         share_skip(&queue->shares, tile);
     } else {
         struct item *item = &queue->items[tile->id];

@@ -145,7 +145,9 @@ void share_init(struct shares *shares, const struct share_config *config, uint64
         shares->band_rows = band_rows(config, 1);
         lay_out_turns(shares, divide_up(config->height, shares->band_rows), most);
     }
-    if (shares->ids <= most) count_pixels(shares);
+    if (shares->ids > most) return;
+    shares->finished = allocate_zeroed(shares->ids, sizeof *shares->finished);
+    count_pixels(shares);
 }
 
 void share_free(struct shares *shares)
@@ -153,6 +155,7 @@ void share_free(struct shares *shares)
     free(shares->strip_rows);
     free(shares->cursors);
     free(shares->work);
+    free(shares->finished);
     *shares = (struct shares){0};
 }
 
@@ -162,8 +165,7 @@ static bool is_left(struct shares *shares, uint32_t renderer)
     struct share_cursor *cursor = &shares->cursors[renderer];
     while (cursor->next < cursor->end) {
         struct tile tile = share_tile(shares, cursor->next);
-        bool finished = shares->finished && shares->finished[cursor->next];
-        if (share_has_pixels(&tile) && !finished) return true;
+        if (share_has_pixels(&tile) && !shares->finished[cursor->next]) return true;
         cursor->next += shares->stride;
     }
     return false;
@@ -184,11 +186,13 @@ void share_finish(struct shares *shares, const struct tile *tile, double now, do
         counts[i]->finished += tile_pixels(tile);
         counts[i]->seconds += seconds;
     }
+    shares->finished[tile->id] = true;
     shares->last_result_s = now;
 }
 
 void share_skip(struct shares *shares, const struct tile *tile)
 {
+    shares->finished[tile->id] = true;
     work_of(shares, tile->id)->skipped += tile_pixels(tile);
 }
 

@@ -47,8 +47,7 @@ struct shares {
     struct share_work *work;      /* per renderer */
     struct share_work all;
     double last_result_s; /* seconds from the start to the last result */
-    /* Per id, not 0: already finished, so not handed out; the caller's. NULL: all are handed out. */
-    const unsigned char *finished;
+    bool *finished;       /* per id; what is finished is not handed out */
 };
 
 /* Sets up the shares, with no work done. If there are more than `most` tiles, only ids is valid. */
