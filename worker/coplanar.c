@@ -1,6 +1,7 @@
 #include "worker/coplanar.h"
 
 #include "worker/box.h"
+#include "worker/planar.h"
 #include "worker/triangle.h"
 
 /* A plane, given by three corners, or by one point and a normal of any length; corners = 0: not flat. */
@@ -33,8 +34,7 @@ static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part
 {
     uint32_t index = primitive_index(id);
     const struct box *box;
-    const struct disc *disc;
-    const struct plane *plane;
+    struct supporting_plane plane;
     switch (primitive_kind(id)) {
     case PRIMITIVE_BOX:
         box = &scene_boxes(scene)[index];
@@ -42,11 +42,9 @@ static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part
     case PRIMITIVE_CONE:
         return cap_flat(&scene_cones(scene)[index], part);
     case PRIMITIVE_DISC:
-        disc = &scene_discs(scene)[index];
-        return flat_across(disc->center, dd3_of(disc->normal));
     case PRIMITIVE_PLANE:
-        plane = &scene_planes(scene)[index];
-        return flat_across(plane->point, dd3_of(plane->normal));
+        plane = supporting_plane(scene, id);
+        return flat_across(plane.point, dd3_of(plane.normal));
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
         return corner_flat(scene, id);

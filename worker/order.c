@@ -19,8 +19,7 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
                               const struct shear *shear, const struct crossing *crossing)
 {
     uint32_t id = crossing->primitive, index = primitive_index(id);
-    const struct disc *disc;
-    const struct plane *plane;
+    struct supporting_plane plane;
     bool leaving = id == ray->from;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
@@ -31,11 +30,9 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
         return cone_parameter(&scene_cones(scene)[index], ray, crossing->t, crossing->part,
                               leaving);
     case PRIMITIVE_DISC:
-        disc = &scene_discs(scene)[index];
-        return plane_parameter(disc->center, disc->normal, ray);
     case PRIMITIVE_PLANE:
-        plane = &scene_planes(scene)[index];
-        return plane_parameter(plane->point, plane->normal, ray);
+        plane = supporting_plane(scene, id);
+        return plane_parameter(plane.point, plane.normal, ray);
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
     case PRIMITIVE_KINDS:

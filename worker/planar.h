@@ -4,6 +4,22 @@
 
 #include "worker/shape.h"
 
+/* The plane that a plane or a disc lies in. */
+struct supporting_plane {
+    struct vec3 point, normal; /* normal: unit length */
+};
+
+static inline struct supporting_plane supporting_plane(const struct scene *scene, uint32_t id)
+{
+    uint32_t index = primitive_index(id);
+    if (primitive_kind(id) == PRIMITIVE_DISC) {
+        const struct disc *disc = &scene_discs(scene)[index];
+        return (struct supporting_plane){disc->center, disc->normal};
+    }
+    const struct plane *plane = &scene_planes(scene)[index];
+    return (struct supporting_plane){plane->point, plane->normal};
+}
+
 /*
  * The parameter at which the ray crosses the plane, with an error of at most 2 u + 2^-54, also if it is
  * within 1e-15 of being parallel; NOT_CROSSED if it is parallel, in the plane or not.

@@ -426,13 +426,10 @@ IN_LANES(find_caps, points, find_cap)
 static void gather_flats(const struct scene *scene, const struct hit *hits, uint32_t begin,
                          uint32_t end, struct points *points)
 {
-    const struct disc *discs = scene_discs(scene);
-    const struct plane *planes = scene_planes(scene);
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t primitive = hits[points->slot[i]].primitive, index = primitive_index(primitive);
-        bool is_disc = primitive_kind(primitive) == PRIMITIVE_DISC;
-        set_lane(&points->a, i, is_disc ? discs[index].center : planes[index].point);
-        set_lane(&points->b, i, is_disc ? discs[index].normal : planes[index].normal);
+        struct supporting_plane plane = supporting_plane(scene, hits[points->slot[i]].primitive);
+        set_lane(&points->a, i, plane.point);
+        set_lane(&points->b, i, plane.normal);
     }
 }
 

@@ -90,19 +90,17 @@ static struct vec3 patch_normal(const struct scene *scene, const struct hit *hit
     return vec_is_zero(sum) ? geometric : vec_normalize(sum);
 }
 
-static struct place plane_place(struct vec3 point, struct vec3 unit, const struct ray *ray,
+static struct place plane_place(struct supporting_plane plane, const struct ray *ray,
                                 struct vec3 *normal)
 {
-    *normal = unit;
-    return (struct place){point, plane_point(point, unit, ray)};
+    *normal = plane.normal;
+    return (struct place){plane.point, plane_point(plane.point, plane.normal, ray)};
 }
 
 static struct place place_of(const struct scene *scene, const struct ray *ray,
                              const struct hit *hit, struct vec3 *normal)
 {
     uint32_t index = primitive_index(hit->primitive);
-    const struct disc *disc;
-    const struct plane *plane;
     switch (primitive_kind(hit->primitive)) {
     case PRIMITIVE_SPHERE:
         return sphere_place(&scene_spheres(scene)[index], ray, hit, normal);
@@ -112,11 +110,8 @@ static struct place place_of(const struct scene *scene, const struct ray *ray,
     case PRIMITIVE_CONE:
         return cone_place(&scene_cones(scene)[index], ray, hit, normal);
     case PRIMITIVE_DISC:
-        disc = &scene_discs(scene)[index];
-        return plane_place(disc->center, disc->normal, ray, normal);
     case PRIMITIVE_PLANE:
-        plane = &scene_planes(scene)[index];
-        return plane_place(plane->point, plane->normal, ray, normal);
+        return plane_place(supporting_plane(scene, hit->primitive), ray, normal);
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
     case PRIMITIVE_KINDS:
@@ -149,10 +144,8 @@ static void naive_surface(const struct scene *scene, const struct ray *ray, cons
             naive_cone_normal(&scene_cones(scene)[index], surface->point, hit->part);
         break;
     case PRIMITIVE_DISC:
-        surface->geometric = scene_discs(scene)[index].normal;
-        break;
     case PRIMITIVE_PLANE:
-        surface->geometric = scene_planes(scene)[index].normal;
+        surface->geometric = supporting_plane(scene, hit->primitive).normal;
         break;
     case PRIMITIVE_KINDS:
         break;
