@@ -175,10 +175,11 @@ static struct fine find_fine(const struct scene *scene, const double center[3])
 }
 
 /*
- * Fine boxes only matter where they are crowded. The cube is chosen so that its edge is 1/FINE of a box's distance from
- * the centre, rounded up to a power of two. CROWD boxes of a surface with their centres in one such cube are smaller
- * than a quarter of the edge, and look three times as large in float. Specks of dust far from each other do as well in
- * the first tree.
+ * Fine boxes only matter where they are crowded. The cube's edge is 1/FINE of a box's distance from the centre, rounded
+ * up to a power of two. CROWD boxes side by side on a surface, with their centres in one such cube, are at most about a
+ * quarter of the edge wide. As above, rounding to float adds up to three eighths of 1/FINE of the distance: boxes that
+ * wide become up to 1.75 to 2.5 times as wide, depending on the power of two, smaller ones more. Specks of dust far
+ * from each other do as well in the first tree.
  */
 static struct cube cube_of(const struct bounds *box, const double center[3])
 {
