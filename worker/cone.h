@@ -98,13 +98,13 @@ static inline struct cone_sketch cone_sketch(const struct cone *cone, const stru
     return s;
 }
 
-/* Whether products of four of these stay in range. */
-static inline bool cone_sketch_holds(const struct cone_sketch *s)
+/* Whether the lengths and the direction are below the limit, and those that must not vanish are above its inverse. */
+static inline bool cone_sketch_is_within(const struct cone_sketch *s, double limit)
 {
     double most =
         larger_number(larger_number(s->reach, s->width), larger_number(s->speed, s->radius));
     double least = smaller_number(s->width, smaller_number(s->speed, s->radius));
-    return most < 0x1p200 && least > 0x1p-200;
+    return most < limit && least > 1 / limit;
 }
 
 /* Half the derivative of A t^2 - 2 B t + C, at a point o + t d on the double, unlimited cone: positive where the ray
@@ -127,11 +127,13 @@ static inline double cone_inward(const struct cone *cone, const struct cone_sket
     return axial - vec_dot(s->F, s->D);
 }
 
-/* Whether a ray that starts on the part from_part of the surface certainly goes outward. */
+/* Whether a ray that starts on the part from_part of the surface certainly goes outward. Products of four lengths or
+ * directions have to stay in range. */
 static inline bool ray_leaves_cone(const struct cone *cone, const struct cone_sketch *s,
                                    uint32_t from_part)
 {
     double error = CONE_FILTER * s->speed * s->width;
+    if (!cone_sketch_is_within(s, 0x1p200)) return false;
     if (from_part == CONE_BASE_CAP) return s->rise < -error;
     if (from_part == CONE_APEX_CAP) return s->rise > error;
     double inward = cone_inward(cone, s, &error);
@@ -199,10 +201,7 @@ static inline bool cone_way_out_span(const struct cone *cone, const struct cone_
                                      uint32_t from_part, struct cone_span *exit)
 {
     struct cone_span side, cap;
-    double most =
-        larger_number(larger_number(s->reach, s->width), larger_number(s->speed, s->radius));
-    double least = smaller_number(s->width, smaller_number(s->speed, s->radius));
-    if (!(cone->capped && most < 0x1p100 && least > 0x1p-100)) return false;
+    if (!cone->capped || !cone_sketch_is_within(s, 0x1p100)) return false;
     if (!cone_cap_exit(s, &cap) || cap.part == from_part) return false;
     if (!cone_side_exit(cone, s, from_part, &side)) return false;
     *exit = side.high < cap.low ? side : cap;
@@ -229,8 +228,7 @@ static inline struct crossings cone_crossings(const struct cone *cone, const str
     struct cone_span exit;
     if (leaving) {
         struct cone_sketch s = cone_sketch(cone, ray);
-        if (cone_sketch_holds(&s) && ray_leaves_cone(cone, &s, ray_from_part(ray)))
-            return NO_CROSSINGS;
+        if (ray_leaves_cone(cone, &s, ray_from_part(ray))) return NO_CROSSINGS;
         if (purpose->any && cone_way_out_span(cone, &s, ray_from_part(ray), &exit) &&
             exit.high < purpose->farthest)
             return (struct crossings){.t = {NOT_CROSSED, exit.high}, .part = {0, exit.part}};

@@ -209,33 +209,40 @@ static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double
     purpose->farthest = smaller_number(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
 
-/* Handles a solid that the ray starts on. */
-static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
+/* Handles the cone that the ray starts on. */
+static INLINED void nearest_way_out_of_cone(struct nearest_walk *walk, uint32_t id)
 {
-    struct sphere_span span;
+    const struct ray *ray = walk->probe.ray;
+    const struct cone *cone = &scene_cones(walk->probe.scene)[primitive_index(id)];
+    struct cone_sketch s = cone_sketch(cone, ray);
     struct cone_span exit;
-    const struct probe *probe = &walk->probe;
-    const struct ray *ray = probe->ray;
-    if (primitive_kind(id) == PRIMITIVE_CONE) {
-        const struct cone *cone = &scene_cones(probe->scene)[primitive_index(id)];
-        struct cone_sketch s = cone_sketch(cone, ray);
-        if (cone_way_out_span(cone, &s, ray_from_part(ray), &exit))
-            nearest_waits(walk, id, exit.low, exit.high, exit.part_known, exit.part);
-        else
-            nearest_primitive(walk, id, false);
-    } else if (has_usable_spans(probe->scene, id) &&
-               sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], ray, &span)) {
-        nearest_waits(walk, id, span.low, span.high, true, CONE_SIDE);
-    } else {
+    if (ray_leaves_cone(cone, &s, ray_from_part(ray))) return;
+    if (cone_way_out_span(cone, &s, ray_from_part(ray), &exit))
+        nearest_waits(walk, id, exit.low, exit.high, exit.part_known, exit.part);
+    else
         nearest_primitive(walk, id, false);
-    }
+}
+
+/* Handles the sphere that the ray starts on. */
+static INLINED void nearest_way_out_of_sphere(struct nearest_walk *walk, uint32_t id)
+{
+    const struct scene *scene = walk->probe.scene;
+    struct sphere_span exit;
+    if (has_usable_spans(scene, id) &&
+        sphere_way_out_span(&scene_spheres(scene)[primitive_index(id)], walk->probe.ray, &exit))
+        nearest_waits(walk, id, exit.low, exit.high, true, CONE_SIDE);
+    else
+        nearest_primitive(walk, id, false);
 }
 
 static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_leaf *leaf)
 {
     const struct probe *probe = &walk->probe;
     if (leaf->id == probe->ray->from) {
-        if (!is_left_behind(probe->scene, leaf->id, probe->ray)) nearest_way_out(walk, leaf->id);
+        if (primitive_kind(leaf->id) == PRIMITIVE_CONE)
+            nearest_way_out_of_cone(walk, leaf->id);
+        else
+            nearest_way_out_of_sphere(walk, leaf->id);
         return;
     }
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);

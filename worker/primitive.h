@@ -124,7 +124,7 @@ static inline bool is_left_behind(const struct scene *scene, uint32_t id, const 
     case PRIMITIVE_CONE: {
         const struct cone *cone = &scene_cones(scene)[index];
         struct cone_sketch s = cone_sketch(cone, ray);
-        return cone_sketch_holds(&s) && ray_leaves_cone(cone, &s, part);
+        return ray_leaves_cone(cone, &s, part);
     }
     default:
         return true;
