@@ -7,6 +7,7 @@
 #include "common/message.h"
 #include "common/whole.h"
 #include "worker/bvh_bounded.h"
+#include "worker/bvh_cut.h"
 #include "worker/bvh_leaf.h"
 #include "worker/bvh_nodes.h"
 #include "worker/bvh_slivers.h"

@@ -3,7 +3,7 @@
 #define FARM_WORKER_BVH_LEAF_H
 
 #include "worker/bvh.h"
-#include "worker/bvh_split.h"
+#include "worker/bvh_item.h"
 
 /* Writes the vertices (struct bvh_corners) of a leaf after its `count` entries; returns their size, as a number of
  * entries. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "worker/bvh_split.h"
 
 /* The cost of visiting a node, with its eight box tests; see LEAF_COST. */
 #define STEP_COST 1.0

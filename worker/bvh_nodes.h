@@ -3,7 +3,7 @@
 #define FARM_WORKER_BVH_NODES_H
 
 #include "worker/bvh.h"
-#include "worker/bvh_split.h"
+#include "worker/bvh_item.h"
 
 /* A range of more weight is always divided, whatever the heuristic says. */
 #define LEAF_WEIGHT_MAX (2 * PACK)

@@ -7,8 +7,8 @@
 #include "common/whole.h"
 #include "worker/bvh_bounded.h"
 #include "worker/bvh_cubes.h"
+#include "worker/bvh_item.h"
 #include "worker/bvh_rods.h"
-#include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
 /* Each takes as much memory and time to build as a triangle: a million takes 40 MB and 0.6 to 1 s of one core; of

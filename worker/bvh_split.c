@@ -5,76 +5,8 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "common/whole.h"
-#include "worker/primitive.h"
-
-/* ---- items ---- */
-
-float round_down(double x)
-{
-    if (x > (double)FLT_MAX) return FLT_MAX;
-    if (x <= -(double)FLT_MAX) return -FLT_MAX;
-    float rounded = (float)x;
-    if (rounded == 0) return -FLT_TRUE_MIN;
-    uint32_t bits; /* sign and magnitude */
-    memcpy(&bits, &rounded, sizeof bits);
-    bits += rounded > 0 ? UINT32_MAX : 1;
-    memcpy(&rounded, &bits, sizeof bits);
-    return rounded < -FLT_MAX ? -FLT_MAX : rounded;
-}
-
-float round_up(double x)
-{
-    return -round_down(-x);
-}
-
-static inline struct extent item_extent(const struct item *item)
-{
-    struct extent extent; /* of four floats: the last one is the member that follows */
-    memcpy(&extent.min, (const char *)item + offsetof(struct item, min), sizeof extent.min);
-    memcpy(&extent.max, (const char *)item + offsetof(struct item, max), sizeof extent.max);
-    return extent;
-}
-
-/* Half the centre, which cannot overflow. The last lane is cleared: it would be an id or a weight, which may be slow
- * as a float. */
-static inline float4 half_center(const struct extent *extent)
-{
-    typedef uint32_t mask4 __attribute__((vector_size(16)));
-    const float4 quarter = {0.25f, 0.25f, 0.25f, 0};
-    const mask4 xyz = {~0u, ~0u, ~0u, 0};
-    float4 min = (float4)((mask4)extent->min & xyz), max = (float4)((mask4)extent->max & xyz);
-    return min * quarter + max * quarter;
-}
-
-struct range range_empty(uint32_t first)
-{
-    return (struct range){first, 0, 0, 0, empty_extent(), empty_extent()};
-}
-
-static inline void add(struct range *range, const struct item *item)
-{
-    struct extent extent = item_extent(item);
-    float4 center = half_center(&extent);
-    extend(&range->extent, &extent);
-    range->centers.min = min4(range->centers.min, center);
-    range->centers.max = max4(range->centers.max, center);
-    range->count++;
-    range->weight += item->weight;
-}
-
-void range_add(struct range *range, const struct item *item)
-{
-    add(range, item);
-}
-
-void range_append(struct range *range, const struct range *more)
-{
-    extend(&range->extent, &more->extent);
-    extend(&range->centers, &more->centers);
-    range->count += more->count;
-    range->weight += more->weight;
-}
+#include "worker/bvh_cut.h"
+#include "worker/shape.h"
 
 /* ---- bins ---- */
 
@@ -220,6 +152,8 @@ static struct border sweep_bins(const struct bins *bins, const uint32_t *right_w
     return best;
 }
 
+/* ---- object split ---- */
+
 struct split find_object_split(const struct bvh_input *input, const struct range *range)
 {
     struct binning binning;
@@ -241,66 +175,7 @@ struct split find_object_split(const struct bvh_input *input, const struct range
     return best;
 }
 
-/* ---- pieces of triangles ---- */
-
-/* A triangle's vertices relative to the tree's centre, and their boxes, rounded outward. */
-struct corners {
-    double at[3][3];
-    struct extent rounded[3];
-};
-
-/* Rounds outward, by at least half of a float's spacing, which is at most 2^-23 of the coordinate, and by at most
- * two. */
-static inline struct extent round_outward(const double point[3])
-{
-    const float4 top = all4(FLT_MAX), x = {(float)point[0], (float)point[1], (float)point[2], 0};
-    float4 error = max4(x, -x) * all4(FLT_EPSILON) + all4(FLT_TRUE_MIN);
-    return (struct extent){max4(x - error, -top), min4(x + error, top)};
-}
-
-static struct corners corners_of(const struct bvh_input *input, uint32_t id)
-{
-    const uint32_t *index = corner_indices(input->scene, id);
-    const struct vec3 *vertices = scene_vertices(input->scene);
-    struct corners corners;
-    for (unsigned i = 0; i < 3; i++) {
-        for (unsigned axis = 0; axis < 3; axis++)
-            corners.at[i][axis] = vec_component(&vertices[index[i]], axis) - input->center[axis];
-        corners.rounded[i] = round_outward(corners.at[i]);
-    }
-    return corners;
-}
-
-/* The box of the point where an edge crosses the plane: within 4 u of the coordinates, less than TEST_ERROR allows
- * for. here, there: signed distances of p and q from the plane, of different signs. */
-static struct extent edge_crossing(const double p[3], const double q[3], double here, double there)
-{
-    double share = here / (here - there), point[3];
-    for (unsigned axis = 0; axis < 3; axis++)
-        point[axis] = p[axis] + (q[axis] - p[axis]) * share;
-    return round_outward(point);
-}
-
-/* The boxes of the parts of a piece on either side of a plane; false: there is nothing on one side. */
-static bool cut(const struct corners *corners, const struct extent *piece, unsigned axis,
-                float plane, struct extent *left, struct extent *right)
-{
-    *left = *right = empty_extent();
-    for (unsigned i = 0; i < 3; i++) {
-        const double *p = corners->at[i], *q = corners->at[(i + 1) % 3];
-        double here = p[axis] - (double)plane, there = q[axis] - (double)plane;
-        if (here <= 0) extend(left, &corners->rounded[i]);
-        if (here >= 0) extend(right, &corners->rounded[i]);
-        if (!((here < 0 && there > 0) || (here > 0 && there < 0))) continue;
-        struct extent point = edge_crossing(p, q, here, there);
-        extend(left, &point);
-        extend(right, &point);
-    }
-    left->max[axis] = right->min[axis] = plane;
-    *left = intersection(left, piece);
-    *right = intersection(right, piece);
-    return extent_is_proper(left) && extent_is_proper(right);
-}
+/* ---- spatial split ---- */
 
 static float border_at(const struct binning *binning, unsigned axis, unsigned bin)
 {
@@ -313,7 +188,8 @@ static void bin_pieces(const struct corners *corners, struct binning *binning, u
 {
     struct extent rest = *extent, left, right;
     for (unsigned b = first; b < last; b++) {
-        if (!cut(corners, &rest, axis, border_at(binning, axis, b + 1), &left, &right)) continue;
+        if (!cut_triangle(corners, &rest, axis, border_at(binning, axis, b + 1), &left, &right))
+            continue;
         extend(&binning->axes[axis].extent[b], &left);
         rest = right;
     }
@@ -386,11 +262,11 @@ void halve_range(const struct bvh_input *input, const struct range *range, struc
     uint32_t middle = range->first + range->count / 2, end = range->first + range->count;
     *left = range_empty(range->first);
     for (uint32_t i = range->first; i < middle; i++)
-        add(left, &input->items[i]);
+        range_add(left, &input->items[i]);
     *right = range_empty(middle);
     right->room = range->room;
     for (uint32_t i = middle; i < end; i++)
-        add(right, &input->items[i]);
+        range_add(right, &input->items[i]);
 }
 
 static inline bool is_left(const struct item *item, const struct split *split)
@@ -398,48 +274,6 @@ static inline bool is_left(const struct item *item, const struct split *split)
     float place = item->min[split->axis] * 0.25f + item->max[split->axis] * 0.25f;
     if (split->spatial) return place * 2 < split->plane;
     return (place - split->low) * split->scale < split->end;
-}
-
-static void set_extent(struct item *item, const struct extent *extent)
-{
-    for (unsigned axis = 0; axis < 3; axis++) {
-        item->min[axis] = extent->min[axis];
-        item->max[axis] = extent->max[axis];
-    }
-}
-
-static unsigned longest_axis(const struct item *item)
-{
-    unsigned longest = 0;
-    for (unsigned axis = 1; axis < 3; axis++)
-        if (item->max[axis] - item->min[axis] > item->max[longest] - item->min[longest])
-            longest = axis;
-    return longest;
-}
-
-/* The item becomes its left part; false: one side is empty, and nothing changes. */
-static bool cut_item(const struct corners *corners, struct item *item, unsigned axis, float plane,
-                     struct item *right)
-{
-    struct extent all = item_extent(item), low, high;
-    if (!cut(corners, &all, axis, plane, &low, &high)) return false;
-    *right = *item;
-    set_extent(right, &high);
-    set_extent(item, &low);
-    return true;
-}
-
-uint32_t halve_triangle(const struct bvh_input *input, struct item *item, unsigned halvings)
-{
-    struct corners corners = corners_of(input, item->id);
-    uint32_t end = 1;
-    for (; halvings > 0; halvings--)
-        for (uint32_t i = 0, count = end; i < count; i++) {
-            unsigned axis = longest_axis(&item[i]);
-            float middle = item[i].min[axis] / 2 + item[i].max[axis] / 2;
-            end += cut_item(&corners, &item[i], axis, middle, &item[end]);
-        }
-    return end;
 }
 
 /* Cuts the triangles across the plane in two as long as there is room; the right parts are added at the end. Returns
@@ -485,9 +319,9 @@ void split_range(const struct bvh_input *input, const struct range *range,
     struct range sides[2] = {range_empty(begin), range_empty(begin)};
     for (;;) {
         for (; begin < end && is_left(&items[begin], split); begin++)
-            add(&sides[0], &items[begin]);
+            range_add(&sides[0], &items[begin]);
         for (; begin < end && !is_left(&items[end - 1], split); end--)
-            add(&sides[1], &items[end - 1]);
+            range_add(&sides[1], &items[end - 1]);
         if (begin == end) break;
         struct item item = items[begin];
         items[begin] = items[end - 1];

@@ -9,7 +9,7 @@
 #include "common/whole.h"
 #include "worker/bvh_bounded.h"
 #include "worker/bvh_cubes.h"
-#include "worker/bvh_split.h"
+#include "worker/bvh_item.h"
 #include "worker/primitive.h"
 
 /* ---- the size of the scene ---- */
