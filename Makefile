@@ -193,7 +193,7 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-%/worker/points.o %/worker/points_light.o %/worker/points_order.o %/worker/radiance.o %/worker/sample.o: \
+$(addprefix %/worker/,points.o points_light.o points_order.o points_solids.o points_triangles.o radiance.o sample.o): \
     FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # The large parts of the sample scenes are made by programs, not checked in.

@@ -1,6 +1,6 @@
 /*
  * The intersection of a line with the side of a cone in double-double: what is common to worker/cone.c, which explains
- * the method, and worker/points.c, for many lines at once.
+ * the method, and worker/points_solids.c, for many lines at once.
  */
 #ifndef FARM_WORKER_CONE_LINE_H
 #define FARM_WORKER_CONE_LINE_H
