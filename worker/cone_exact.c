@@ -46,21 +46,6 @@ struct dd cone_exact_A(const struct scaled_cone *it, const struct cone_line *lin
     return dd_div(rounded_sum(&sum), line->W);
 }
 
-/* f.(d x w) */
-static void exact_volume(struct accumulator *P, const struct scaled_cone *it,
-                         const struct cone_line *line)
-{
-    accumulator_clear(P);
-    for (unsigned i = 0; i < 3; i++) {
-        unsigned j = (i + 1) % 3, k = (i + 2) % 3;
-        struct dd fi = dd3_component(&line->f, i);
-        accumulator_add_dd(P, 1, fi, dd(vec_component(&it->direction, j)),
-                           dd3_component(&line->w, k));
-        accumulator_add_dd(P, -1, fi, dd(vec_component(&it->direction, k)),
-                           dd3_component(&line->w, j));
-    }
-}
-
 /* += sign (r0 w_i + (r1 - r0) f_i) d_j */
 static void add_slanted(struct accumulator *sum, int sign, const struct scaled_cone *it,
                         const struct cone_line *line, unsigned i, unsigned j)
@@ -72,7 +57,8 @@ static void add_slanted(struct accumulator *sum, int sign, const struct scaled_c
 
 struct dd cone_exact_discriminant(const struct scaled_cone *it, const struct cone_line *line)
 {
-    struct accumulator sum, W, cross, P;
+    struct accumulator sum, W, cross, P; /* P = f.(d x w) */
+    const struct dd3 d = dd3_of(it->direction);
     exact_W(&W, line);
     accumulator_clear(&sum);
     for (unsigned i = 0; i < 3; i++) {
@@ -83,7 +69,8 @@ struct dd cone_exact_discriminant(const struct scaled_cone *it, const struct con
         accumulator_add_product(&sum, &W, &cross, &cross, false);
     }
     accumulator_add_dd(&W, 1, line->widening, line->widening, dd(1));
-    exact_volume(&P, it, line);
+    accumulator_clear(&P);
+    accumulator_add_triple(&P, &line->f, &d, &line->w);
     accumulator_add_product(&sum, &W, &P, &P, true);
     return rounded_sum(&sum);
 }

@@ -55,19 +55,6 @@ static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part
     return (struct flat){.corners = 0};
 }
 
-/* sum += (p x q).r */
-static void add_triple(struct accumulator *sum, const struct dd3 *p, const struct dd3 *q,
-                       const struct dd3 *r)
-{
-    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
-    const struct dd rs[3] = {r->x, r->y, r->z};
-    for (unsigned x = 0; x < 3; x++) {
-        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
-        accumulator_add_dd(sum, 1, ps[y], qs[z], rs[x]);
-        accumulator_add_dd(sum, -1, ps[z], qs[y], rs[x]);
-    }
-}
-
 /*
  * Whether (p x q).r = 0. The value rounded to double has an error of less than 16 u of the product of the
  * sizes. Triples near 0 mostly consist of vectors between points of similar magnitude, which fit into
@@ -85,7 +72,7 @@ static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struc
         return integers_triple(&i, &j, &k, &ignored).high == 0;
     struct accumulator sum;
     accumulator_clear(&sum);
-    add_triple(&sum, p, q, r);
+    accumulator_add_triple(&sum, p, q, r);
     return accumulator_sign(&sum) == 0;
 }
 
@@ -189,7 +176,7 @@ static void along_normal(const struct flat *flat, struct dd3 way, struct accumul
     if (flat->corners == 3) {
         struct dd3 p = exact_difference3(flat->at[1], flat->at[0]);
         struct dd3 q = exact_difference3(flat->at[2], flat->at[0]);
-        add_triple(sum, &p, &q, &way);
+        accumulator_add_triple(sum, &p, &q, &way);
         return;
     }
     accumulator_add_dd(sum, 1, flat->normal.x, way.x, dd(1));

@@ -136,6 +136,18 @@ void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct d
     add_term(sum, sign < 0, a.low, b.low, c.low);
 }
 
+void accumulator_add_triple(struct accumulator *sum, const struct dd3 *p, const struct dd3 *q,
+                            const struct dd3 *r)
+{
+    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
+    const struct dd rs[3] = {r->x, r->y, r->z};
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        accumulator_add_dd(sum, 1, ps[y], qs[z], rs[x]);
+        accumulator_add_dd(sum, -1, ps[z], qs[y], rs[x]);
+    }
+}
+
 int accumulator_sign(const struct accumulator *sum)
 {
     if (sum->low == sum->high) return 0;
@@ -321,13 +333,8 @@ struct dd integers_triple(const struct integers *p, const struct integers *q,
 struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent)
 {
     struct accumulator sum;
-    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
-    const double ds[3] = {d.x, d.y, d.z};
+    const struct dd3 r = dd3_of(d);
     accumulator_clear(&sum);
-    for (unsigned x = 0; x < 3; x++) {
-        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
-        accumulator_add_dd(&sum, 1, ps[y], qs[z], dd(ds[x]));
-        accumulator_add_dd(&sum, -1, ps[z], qs[y], dd(ds[x]));
-    }
+    accumulator_add_triple(&sum, p, q, &r);
     return accumulator_round(&sum, exponent);
 }

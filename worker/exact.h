@@ -290,6 +290,10 @@ void accumulator_add(struct accumulator *sum, const double *factors, unsigned co
 /* sum += sign a b c, sign = 1 or -1. */
 void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct dd b, struct dd c);
 
+/* sum += (p x q).r */
+void accumulator_add_triple(struct accumulator *sum, const struct dd3 *p, const struct dd3 *q,
+                            const struct dd3 *r);
+
 /*
  * sum += or -= the product of up to three others (NULL: 1). Each is a sum of products of at least one double,
  * with at most EXACT_FACTORS in all.
