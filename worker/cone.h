@@ -107,12 +107,19 @@ static inline bool cone_sketch_is_within(const struct cone_sketch *s, double lim
     return most < limit && least > 1 / limit;
 }
 
+/* The radius at a point p relative to the base, where height = p.w. */
+static inline double cone_radius(const struct cone *cone, const struct cone_sketch *s,
+                                 double height)
+{
+    return cone->base_radius + (cone->apex_radius - cone->base_radius) * (height / s->W);
+}
+
 /* Half the derivative of A t^2 - 2 B t + C, at a point o + t d on the double, unlimited cone: positive where the ray
  * leaves the cone, negative where it enters it. */
 static inline double cone_outward(const struct cone *cone, const struct cone_sketch *s, double t)
 {
     double widening = cone->apex_radius - cone->base_radius;
-    double radius = cone->base_radius + widening * ((s->height + t * s->rise) / s->W);
+    double radius = cone_radius(cone, s, s->height + t * s->rise);
     return vec_dot(s->F, s->D) + t * vec_dot(s->D, s->D) - radius * widening * s->rise;
 }
 
@@ -121,7 +128,7 @@ static inline double cone_inward(const struct cone *cone, const struct cone_sket
                                  double *error)
 {
     double widening = cone->apex_radius - cone->base_radius, size = fabs(widening);
-    double axial = (cone->base_radius + widening * (s->height / s->W)) * widening * s->rise;
+    double axial = cone_radius(cone, s, s->height) * widening * s->rise;
     double terms = s->width * s->width * s->reach + size * cone->base_radius * s->width;
     *error = CONE_FILTER * s->speed * (terms + size * size * s->reach);
     return axial - vec_dot(s->F, s->D);
@@ -169,7 +176,7 @@ static inline bool cone_side_exit(const struct cone *cone, const struct cone_ske
         if (!(B > error)) return false;
         error *= 2;
     } else {
-        double radius = cone->base_radius + widening * (s->height / s->W);
+        double radius = cone_radius(cone, s, s->height);
         double C = vec_dot(s->F, s->F) - s->W * radius * radius;
         double square = B * B - A * C, square_error = 8 * e * S * S * (V * V);
         if (!(square > 4 * square_error)) return false;

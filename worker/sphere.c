@@ -192,7 +192,5 @@ FLATTENED struct dd3 sphere_point(const struct sphere *sphere, const struct ray 
     struct sphere_line line = line_from(&it, closest_approach(&it));
     struct dd s = offset_at(&it, &line, t);
     struct dd3 p = dd3_add(line.p, dd3_scale(it.direction, s));
-    if (it.length == 0) return p;
-    return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
-                        dd_ldexp(p.z, it.length)};
+    return it.length == 0 ? p : dd3_ldexp(p, it.length);
 }

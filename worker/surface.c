@@ -29,7 +29,7 @@ static struct place box_place(const struct box *box, const struct ray *ray, cons
     unsigned axis = hit->part / 2;
     const struct dd to_face =
         exact_difference(box_face(box, hit->part), vec_component(&ray->origin, axis));
-    struct dd t = dd_div(to_face, dd(vec_component(&ray->direction, axis)));
+    struct dd t = box_parameter(box, ray, hit->part);
     /* An exit right where the ray starts need not lie on the face that it is said to lead through. */
     if (!(fabs(t.high - hit->t) <= 0x1p-40 * fabs(t.high))) t = dd(hit->t);
     const struct vec3 o = ray->origin;
