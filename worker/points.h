@@ -17,17 +17,16 @@ struct points {
     uint32_t formulas;                           /* enum formulas */
 
     /* Used by points_find(). */
-    /* Origin of the ray; a, b, c: what defines the surface, by kind. */
-    struct rows3 origin, a, b, c;
-    lane_row t; /* of the hit, as are the next ones */
+    struct rows3 origin;  /* of the ray */
+    struct rows3 a, b, c; /* what defines the surface, by kind */
+    lane_row t;           /* t, u, v: as in struct hit */
     union {
-        lane_row u, t_error; /* the latter of a rough hit */
+        lane_row u, t_error; /* t_error: of a rough hit, hit_t_error() */
     };
     lane_row v;
-    lane_row radius; /* radius of a sphere */
-    /* 1: a cap is that of the apex. */
-    lane_row special;
-    lane_row sure; /* 1 or 0 */
+    lane_row radius;  /* of a sphere */
+    lane_row at_apex; /* of a cone: 1: the cap at the apex; 0: the other */
+    lane_row sure;    /* 1 or 0 */
 };
 
 /*

@@ -56,7 +56,7 @@ void find_on_spheres(const struct scene *scene, const struct hit *hits, uint32_t
 
 /* ---- cones ---- */
 
-/* a: base; b: apex; c: radii; special: 1 for the cap at the apex. */
+/* a: base; b: apex; c: radii; at_apex: of its caps. */
 static void gather_cones(const struct scene *scene, const struct hit *hits, uint32_t begin,
                          uint32_t end, struct points *points)
 {
@@ -67,7 +67,7 @@ static void gather_cones(const struct scene *scene, const struct hit *hits, uint
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
         set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->special[i] = truth(hit->part == CONE_APEX_CAP);
+        points->at_apex[i] = truth(hit->part == CONE_APEX_CAP);
     }
 }
 
@@ -154,7 +154,7 @@ static inline void find_cap(struct points *points, uint32_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
-    bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->special[i] != 0;
+    bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->at_apex[i] != 0;
     struct dd3 w = exact_difference3(cone.apex, cone.base);
     struct dd t = flat_distance(choose(at_apex, cone.apex, cone.base), w, o, d, &sure);
     sure &= fabs(t.high - points->t[i]) <= points->t_error[i];
