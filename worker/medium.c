@@ -172,8 +172,10 @@ struct crossing_media media_by_side(const struct scene *scene, uint32_t primitiv
 
 /* ---- around a point ---- */
 
-#define EXITS_MAX     64
-#define DIRECTIONS    5 /* the first one is that of media_at() */
+/* Media around a point that are found, the rays that find them, of which the first goes `ahead`: see media_at(). */
+#define EXITS_MAX  64
+#define DIRECTIONS 5
+
 /* Hits of one ray; more occur only with surfaces that lie within each other. */
 #define FOLLOWED_HITS 4096
 

@@ -18,7 +18,8 @@ FLATTENED double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to
         (void)frexp(lobe.p.high, &shift);
         lobe.p = dd_ldexp(lobe.p, -shift);
     }
-    /* As ln cos^2 b <= cos^2 b - 1, a value that is certainly below e^-700 needs no logarithm. */
+    /* As ln cos^2 b <= cos^2 b - 1, a value that is certainly below e^-700 needs no logarithm: (n / 2) ln cos^2 b is
+     * below -700 if n (Q^2 - P^2) > 1400 Q^2; the rest of 1402 covers the roundings. */
     double difference = lobe.q2.high - lobe.p.high * lobe.p.high;
     if (!shift && shininess * difference > 1402 * lobe.q2.high) return 0;
     return lobe_power(&lobe, shift, shininess);

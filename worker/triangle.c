@@ -226,7 +226,7 @@ static struct plane_view plane_view(const struct vec3 corners[3], const struct r
                                .exponent = exponent};
 }
 
-/* Twice the distance by which surface_at() moves a point off its surface. */
+/* Twice the distance from its surface at which a point may end: at most 3.74 u, see SURFACE_OFFSET. */
 #define START_ERROR (8 * UNIT_ROUNDOFF)
 
 bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
