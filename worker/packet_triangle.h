@@ -6,9 +6,8 @@
 
 /* The triangle relative to each ray, by the filter of triangle_crossings(). */
 struct packet_view {
-    lane_set maybe, certain; /* rays that may cross it; rays that certainly do */
     struct sheared_lanes p, q, r;
-    struct lanes e0, e1, e2, error;
+    struct edges_lanes edges;
 };
 
 static INLINED struct sheared_lanes packet_shear(const struct packet *packet, struct lanes x,
@@ -30,22 +29,6 @@ static INLINED struct sheared_lanes shear_for_packet(const struct packet *packet
                         lanes_of(vec_component(vertex, axes[2])));
 }
 
-static INLINED void decide(struct packet_view *view)
-{
-    view->e0 = lanes_edge(&view->q, &view->r);
-    view->e1 = lanes_edge(&view->r, &view->p);
-    view->e2 = lanes_edge(&view->p, &view->q);
-    struct lanes low = lanes_smaller(lanes_smaller(view->e0, view->e1), view->e2);
-    struct lanes high = lanes_larger(lanes_larger(view->e0, view->e1), view->e2);
-    struct lanes error = lanes_edge_error(&view->p, &view->q, &view->r), zero = lanes_of(0);
-    /* The rounded sum or difference has the sign of the exact one: low < -error. */
-    lane_set below = lanes_less(lanes_add(low, error), zero);
-    lane_set above = lanes_less(error, high);
-    view->error = error;
-    view->maybe = ALL_LANES & ~(below & above);
-    view->certain = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
-}
-
 static INLINED struct packet_view packet_view(const struct packet *packet,
                                               const struct scene *scene, uint32_t id)
 {
@@ -55,7 +38,7 @@ static INLINED struct packet_view packet_view(const struct packet *packet,
     view.p = shear_for_packet(packet, &vertices[corner[0]]);
     view.q = shear_for_packet(packet, &vertices[corner[1]]);
     view.r = shear_for_packet(packet, &vertices[corner[2]]);
-    decide(&view);
+    view.edges = lanes_edges(&view.p, &view.q, &view.r);
     return view;
 }
 
@@ -91,7 +74,8 @@ static INLINED void packet_distances(const struct packet *packet, const struct p
                                      struct lanes *from, struct lanes *to)
 {
     const struct lanes z[3] = {view->p.z, view->q.z, view->r.z};
-    struct mean_lanes mean = mean_of_vertices(z, view->e0, view->e1, view->e2, view->error);
+    const struct edges_lanes *edges = &view->edges;
+    struct mean_lanes mean = mean_of_vertices(z, edges->e0, edges->e1, edges->e2, edges->error);
     struct lanes size = lanes_largest(lanes_abs(z[0]), lanes_abs(z[1]), lanes_abs(z[2]));
     struct lanes doubt = lanes_add(mean.doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
     doubt = lanes_mul(doubt, lanes_abs(packet->inverse_dz));

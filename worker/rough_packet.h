@@ -126,7 +126,8 @@ static NOINLINE struct rough_crossings crossings_in_double(const struct packet *
                                                            lane_set rays)
 {
     struct packet_view view = packet_view(packet, scene, id);
-    struct rough_crossings found = {.maybe = rays & view.maybe, .certain = view.certain};
+    struct rough_crossings found = {.maybe = rays & ~view.edges.missed,
+                                    .certain = view.edges.crossed};
     if (found.maybe) packet_distances(packet, &view, &found.from, &found.to);
     return found;
 }

@@ -87,17 +87,12 @@ static INLINED struct triangle_sets sort_triangles(const struct scene *scene,
     struct sheared_quad p = shear_vertices(shear, scene, leaves, count, 0);
     struct sheared_quad q = shear_vertices(shear, scene, leaves, count, 1);
     struct sheared_quad r = shear_vertices(shear, scene, leaves, count, 2);
-    struct quad e0 = quad_edge(&q, &r), e1 = quad_edge(&r, &p), e2 = quad_edge(&p, &q);
-    struct quad low = quad_least(e0, e1, e2), high = quad_largest(e0, e1, e2);
-    struct quad error = quad_edge_error(&p, &q, &r), zero = quad_of(0);
-    /* The rounded sum has the sign of the exact one: low < -error. */
-    lane_set missed = quad_less(quad_add(low, error), zero) & quad_less(error, high);
-    struct triangle_sets sets = {.maybe = ~missed & first_lanes(count < QUAD ? count : QUAD)};
+    struct edges_quad edges = quad_edges(&p, &q, &r);
+    struct triangle_sets sets = {.maybe = ~edges.missed & first_lanes(count < QUAD ? count : QUAD)};
     if (!reach || !sets.maybe) return sets;
     struct quad first = quad_least(p.z, q.z, r.z), last = quad_largest(p.z, q.z, r.z);
-    lane_set crossed = quad_less(error, low) | quad_less(quad_add(high, error), zero);
     lane_set within = quad_less(quad_of(reach->from), first) & quad_less(last, quad_of(reach->to));
-    sets.certain = sets.maybe & crossed & within;
+    sets.certain = sets.maybe & edges.crossed & within;
     return sets;
 }
 
