@@ -16,8 +16,7 @@ static struct vec3 divided(struct vec3 v, double by)
 }
 
 /* Samples of one colour are computed in different ways, so that they differ by a few units of rounding. That is no
- * error of sampling: more samples would not lower it. 64 units are 7e-15 of a colour, and
- * floats keep 6e-8 of it. */
+ * error of sampling: more samples would not lower it. 64 units are 7e-15 of a colour, and floats keep 6e-8 of it. */
 #define SAME_COLOR (64 * UNIT_ROUNDOFF)
 
 static double beyond_rounding(double a, double b)

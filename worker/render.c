@@ -5,6 +5,8 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "worker/inlined.h"
+#include "worker/lanes.h"
+#include "worker/packet.h"
 #include "worker/renderer.h"
 
 /* A ray whose coarse bound exceeds this many cutoffs is traced almost certainly, so its bound is not
@@ -162,6 +164,8 @@ static void continue_samples(struct renderer *renderer)
 #define BLOCK_H 4
 #define PART_W  4
 #define PART_H  2
+_Static_assert(BLOCK_W *BLOCK_H == BUNDLE * LANES && PART_W * PART_H == LANES,
+               "bundles and packets");
 
 /* Position of the k-th pixel in rendering order, in a whole band whose first pixel is number `begin`. */
 static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32_t k, uint32_t *x,
