@@ -44,23 +44,6 @@ static void place_bins(struct binning *binning, uint32_t items, float4 low, floa
     binning->low[3] = binning->scale[3] = 0;
 }
 
-static void bin_by_center(const struct bvh_input *input, struct binning *binning, uint32_t begin,
-                          uint32_t end)
-{
-    const struct item *items = input->items;
-    const float4 low = binning->low, scale = binning->scale;
-    const float4 last = all4((float)(binning->count - 1));
-    for (uint32_t i = begin; i < end; i++) {
-        struct extent extent = item_extent(&items[i]);
-        float4 place = min4((half_center(&extent) - low) * scale, last);
-        for (unsigned axis = 0; axis < 3; axis++) {
-            unsigned b = (unsigned)(int)place[axis];
-            extend(&binning->axes[axis].extent[b], &extent);
-            binning->axes[axis].begin[b] += items[i].weight;
-        }
-    }
-}
-
 /* Adds the items with indices in [begin, end) to bins. */
 typedef void bin_items(const struct bvh_input *input, struct binning *binning, uint32_t begin,
                        uint32_t end);
@@ -153,6 +136,23 @@ static struct border sweep_bins(const struct bins *bins, const uint32_t *right_w
 }
 
 /* ---- object split ---- */
+
+static void bin_by_center(const struct bvh_input *input, struct binning *binning, uint32_t begin,
+                          uint32_t end)
+{
+    const struct item *items = input->items;
+    const float4 low = binning->low, scale = binning->scale;
+    const float4 last = all4((float)(binning->count - 1));
+    for (uint32_t i = begin; i < end; i++) {
+        struct extent extent = item_extent(&items[i]);
+        float4 place = min4((half_center(&extent) - low) * scale, last);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            unsigned b = (unsigned)(int)place[axis];
+            extend(&binning->axes[axis].extent[b], &extent);
+            binning->axes[axis].begin[b] += items[i].weight;
+        }
+    }
+}
 
 struct split find_object_split(const struct bvh_input *input, const struct range *range)
 {

@@ -54,6 +54,27 @@ void find_on_spheres(const struct scene *scene, const struct hit *hits, uint32_t
     find_spheres(points, begin, end);
 }
 
+/* ---- lines and planes ---- */
+
+/* A point of a line relative to `anchor`, as in plane_point() and cone_point(). */
+static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
+                                      struct dd t)
+{
+    return (struct place){anchor,
+                          dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
+}
+
+/*
+ * The parameter at which a line crosses a plane through a point: plane_parameter() and its like for a cap,
+ * where exact_dot3() needs no exact arithmetic.
+ */
+static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, struct vec3 origin,
+                                      struct vec3 direction, bool *sure)
+{
+    struct dd speed = plain_dot3(dd3_of(direction), normal, sure);
+    return dd_div(plain_dot3(exact_difference3(through, origin), normal, sure), speed);
+}
+
 /* ---- cones ---- */
 
 /* a: base; b: apex; c: radii; at_apex: of its caps. */
@@ -77,14 +98,6 @@ static inline struct cone cone_at(const struct points *points, uint32_t i)
                          .apex = lane(&points->b, i),
                          .base_radius = points->c.x[i],
                          .apex_radius = points->c.y[i]};
-}
-
-/* A point of a line relative to `anchor`, as in plane_point() and cone_point(). */
-static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
-                                      struct dd t)
-{
-    return (struct place){anchor,
-                          dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
 /* cone_point() and cone_normal() on the side, where the parameter is t. */
@@ -133,17 +146,6 @@ void find_on_exits(const struct scene *scene, const struct hit *hits, uint32_t b
 {
     gather_cones(scene, hits, begin, end, points);
     find_exits(points, begin, end);
-}
-
-/*
- * The parameter at which a line crosses a plane through a point: plane_parameter() and its like for a cap,
- * where exact_dot3() needs no exact arithmetic.
- */
-static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, struct vec3 origin,
-                                      struct vec3 direction, bool *sure)
-{
-    struct dd speed = plain_dot3(dd3_of(direction), normal, sure);
-    return dd_div(plain_dot3(exact_difference3(through, origin), normal, sure), speed);
 }
 
 /*
