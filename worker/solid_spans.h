@@ -271,6 +271,18 @@ static INLINED struct OF(plane_span)
 
 /* ---- the crossings that count ---- */
 
+/* Where the ray starts, if the spans are `decided`: certainly before the solid, or certainly inside of it. */
+struct OF(start) {
+    lane_set outside, inside;
+};
+
+static INLINED struct OF(start) OF(start)(const struct OF(spans) * spans)
+{
+    const NUMBER zero = OP(of)(0);
+    return (struct OF(start)){OP(less)(zero, spans->enter_low),
+                              OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low)};
+}
+
 /* The first crossing of the solid ahead of the ray's origin, if `decided`. */
 struct OF(first_crossing) {
     lane_set decided;
@@ -294,9 +306,8 @@ static INLINED uint32_t OF(part_at)(const struct OF(first_crossing) * first, uns
 
 static INLINED struct OF(first_crossing) OF(first_crossing)(const struct OF(spans) * spans)
 {
-    const NUMBER zero = OP(of)(0);
-    lane_set outside = OP(less)(zero, spans->enter_low);
-    lane_set inside = OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low);
+    struct OF(start) start = OF(start)(spans);
+    lane_set outside = start.outside, inside = start.inside;
     lane_set enter_cap = outside & spans->enter_cap, leave_cap = inside & spans->leave_cap;
     return (struct OF(first_crossing)){
         spans->decided & (outside | inside),
@@ -316,9 +327,8 @@ struct OF(crossing_sets) {
 static INLINED struct OF(crossing_sets)
     OF(crossing_sets)(const struct OF(spans) * spans, NUMBER t_max)
 {
-    const NUMBER zero = OP(of)(0);
-    lane_set outside = OP(less)(zero, spans->enter_low);
-    lane_set inside = OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low);
+    struct OF(start) start = OF(start)(spans);
+    lane_set outside = start.outside, inside = start.inside;
     lane_set through = OP(less)(spans->leave_high, t_max);
     lane_set ends_inside = OP(less)(spans->enter_high, t_max) & OP(less)(t_max, spans->leave_low);
     return (struct OF(crossing_sets)){spans->decided &
