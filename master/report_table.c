@@ -322,9 +322,14 @@ static void put_nonfinite(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What ended adaptive sampling. */
+/* What adaptive sampling came to: how many samples, and what ended it. */
 static void put_end(struct table *table, const struct report *report)
 {
+    const struct error_log *errors = report->errors;
+    if (report->passes > 0 && errors && errors->count > 0)
+        flow(table, "%s samples per pixel",
+             figure_digits(errors->rows[errors->count - 1].samples, 3).text);
+    end_flow(table);
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
     /* put_error() has already told of pixels without any sample. */
     if (report->missing_share > 0 && report->unsampled == 0) {

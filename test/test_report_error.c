@@ -85,8 +85,9 @@ static void test_table_no_forecast(void **state)
     report.passes = 3;
     report.missing_share = 0.4;
     text = table_text(&report, 80);
-    assert_has(text, "\nstopped by sampling.time_limit, pass 3 was cut off:\n"
-                     "  40.0 % of its pixels are missing\n");
+    assert_has(text,
+               "\n16.0 samples per pixel\nstopped by sampling.time_limit, pass 3 was cut off:\n"
+               "  40.0 % of its pixels are missing\n");
     free(text);
     report.missing_share = 0.0001; /* never shown as 0 */
     text = table_text(&report, 130);

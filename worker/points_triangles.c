@@ -82,7 +82,7 @@ static inline bool distance_is_decided(const struct points *points, uint32_t i, 
                                        double longest)
 {
     double from = points->t[i] - points->t_error[i], to = points->t[i] + points->t_error[i];
-    return (size <= from * longest) | !(size <= to * longest);
+    return (size <= from * longest) | (!(size <= to * longest));
 }
 
 /*
@@ -111,7 +111,7 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     bool rough = points->v[i] == WEIGHT_UNKNOWN;
     points->u[i] = rough ? e1 / sum : points->u[i];
     points->v[i] = rough ? e2 / sum : points->v[i];
-    points->sure[i] = truth(sure | !rough);
+    points->sure[i] = truth(sure | (!rough));
 }
 
 IN_LANES(weigh_triangles, points, weigh_corners)
@@ -158,7 +158,7 @@ static inline void find_triangle(struct points *points, uint32_t i)
     bool far = size <= fabs(points->t[i]) * vec_largest(direction);
     struct dd3 mean = triangle_mean(a, b, c, points->u[i], points->v[i]);
     struct dd3 passage = triangle_passage(a, b, c, lane(&points->origin, i), direction, &speed);
-    bool passes = !far & triangle_passes(&passage, speed, &mean, size);
+    bool passes = (!far) & triangle_passes(&passage, speed, &mean, size);
     struct place place = {a, choose_dd3(passes, passage, mean)};
     put_triangle(points, i, &place, b, c);
 }
