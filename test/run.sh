@@ -26,7 +26,8 @@ run_one() { # LOGS COMMAND...
     else
         printf '%-28s %4d passed, %d FAILED (exit status %d)\n' "$name" "$good" "$bad" "$status"
         grep -v '^ok ' "$log" | sed 's/^/    /'
-    fi
+    fi >"$log.lines"
+    cat "$log.lines" # at once: others run at the same time
 }
 
 if [ $# -gt 0 ]; then run_one "$@"; exit; fi
@@ -37,7 +38,7 @@ trap 'rm -rf "$logs"' EXIT
 # A unit test is one process, most of the time of one thread: one on each core. The scripts start farms that use all
 # cores, and some measure time: one after the other. Unit tests detect leaks; scripts do not, because of leaks inside
 # MPI and its transport.
-printf '%s\n' $UNITS | xargs -P "$(nproc)" -n 1 sh test/run.sh "$logs"
+printf '%s\n' $UNITS | xargs -r -P "$(nproc)" -n 1 sh test/run.sh "$logs"
 export ASAN_OPTIONS="detect_leaks=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 for script in test/test_*.sh; do
     run_one "$logs" sh "$script"
