@@ -316,6 +316,13 @@ static void test_files_that_are_none(void **state)
     refused(state, "[mesh]\nfile = cow.obj\n",
             "scene.ini:2: [mesh]: cannot open cow.obj: No such file or directory, did you mean "
             "'caw.obj'?");
+    /* A link that leads nowhere is not meant in place of itself, nor is a folder. */
+    assert_int_equal(symlink("none.obj", "dangling.obj"), 0);
+    refused(state, "[mesh]\nfile = dangling.obj\n",
+            "scene.ini:2: [mesh]: cannot open dangling.obj: No such file or directory");
+    assert_int_equal(mkdir("parts1.obj", 0700), 0);
+    refused(state, "[mesh]\nfile = parts2.obj\n",
+            "scene.ini:2: [mesh]: cannot open parts2.obj: No such file or directory");
     /* A sparse file of 3 GB: nobody waits for it to be read. */
     scratch_write("big.obj", "v 0 0 0\n");
     assert_int_equal(truncate("big.obj", (off_t)3 << 30), 0);
