@@ -42,7 +42,10 @@ static char *hint_of_file(const struct ini_entry *entry, const char *file, const
     if (entry->line && is_quoted(file)) return copy_text("; a name stands without quotes");
     const char *comment = entry->line ? comment_hint(file) : "";
     char *near = path && !*comment ? nearest_file(path) : NULL;
-    char *hint = near ? format_text(", did you mean '%s'?", path_name(near)) : copy_text(comment);
+    char *folder = path_folder(file); /* as it was typed */
+    char *hint =
+        near ? format_text(", did you mean '%s%s'?", folder, path_name(near)) : copy_text(comment);
+    free(folder);
     free(near);
     return hint;
 }

@@ -316,6 +316,9 @@ static void test_files_that_are_none(void **state)
     refused(state, "[mesh]\nfile = cow.obj\n",
             "scene.ini:2: [mesh]: cannot open cow.obj: No such file or directory, did you mean "
             "'caw.obj'?");
+    refused(state, "[mesh]\nfile = ././cow.obj\n",
+            "scene.ini:2: [mesh]: cannot open ././cow.obj: No such file or directory, did you mean "
+            "'././caw.obj'?");
     /* A link that leads nowhere is not meant in place of itself, nor is a folder. */
     assert_int_equal(symlink("none.obj", "dangling.obj"), 0);
     refused(state, "[mesh]\nfile = dangling.obj\n",
