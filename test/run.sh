@@ -9,9 +9,9 @@ set -u
 
 run_one() { # LOGS COMMAND...
     logs=$1; shift
-    for name; do :; done # the last word: a unit test, or the script that sh runs
-    name=$(basename "$name")
-    log=$logs/$name
+    for path; do :; done # the last word: a unit test, or the script that sh runs
+    name=$(basename "$path")
+    log=$logs/$(echo "$path" | tr / _) # units of several levels of the kernel have the same name
     CMOCKA_MESSAGE_OUTPUT=TAP timeout 300 "$@" >"$log" 2>&1
     status=$?
     # cmocka prints "not ok N # SKIP" for a test that does not apply, such as that of permissions as root.

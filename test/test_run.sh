@@ -33,6 +33,8 @@ suite() { # STATUS END UNIT...: it ends with this line
     [ $good -eq 0 ] && [ -z "$err" ] && [ "$(echo "$out" | tail -n 1)" = "$end" ]
 }
 check "all pass" suite 0 "2 passed, 0 failed" units/good
+mkdir level && cp units/good level
+check "two of the same name" suite 0 "3 passed, 0 failed" units/good level/good
 check "no units" suite 0 "1 passed, 0 failed"
 check "one that does not apply" suite 0 "2 passed, 0 failed" units/skips
 for unit in bad crashed strange; do
