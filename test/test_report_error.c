@@ -26,8 +26,16 @@ static struct report report_of_row(struct renderer_stats *renderers, struct erro
     return report;
 }
 
-/* Without a prediction: a lower error is beyond max_samples, or nothing is known of it. And what has ended the run. */
-static void test_table_no_forecast(void **state)
+/* In a terminal of 80 columns. */
+static void assert_table_has(const struct report *report, const char *expected)
+{
+    char *text = table_text(report, 80);
+    assert_has(text, expected);
+    free(text);
+}
+
+/* A lower error is beyond max_samples. */
+static void test_table_beyond(void **state)
 {
     (void)state;
     struct renderer_stats renderers[2];
@@ -45,58 +53,64 @@ static void test_table_no_forecast(void **state)
                      "sampling.target_error = 0.0001 is met\n");
     free(text);
     report.forecast.max_samples = 256;
-    text = table_text(&report, 80);
-    assert_has(text,
-               "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64, 256 would be enough\n");
-    free(text);
+    assert_table_has(&report,
+                     "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64, 256 would "
+                     "be enough\n");
     text = report_json(&report);
     assert_has(text, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
     assert_has(text, "\"forecast\": null");
     free(text);
     report.forecast.goal = report.target = 0.000012345;
-    text = table_text(&report, 80);
-    assert_has(text, "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
-    free(text);
-    report.target = 0.0001;
+    assert_table_has(&report, "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
+}
+
+/* Nothing is known of what a lower error would take; and what has ended the run. */
+static void test_table_ended(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
     report.forecast = (struct error_forecast){.known = false};
-    text = table_text(&report, 80);
-    assert_has(
-        text,
-        "\nwhat a smaller error would take is not known\nsampling.target_error = 0.0001 is met\n");
-    free(text);
+    report.ended = ENDED_BY_TARGET;
+    report.target = 0.0001;
+    assert_table_has(&report, "\nwhat a smaller error would take is not known\n"
+                              "sampling.target_error = 0.0001 is met\n");
     report.ended = ENDED_BY_TIME;
-    text = table_text(&report, 80);
-    assert_has(text, "\nstopped by sampling.time_limit, "
-                     "sampling.target_error = 0.0001 is not met\n");
-    free(text);
+    assert_table_has(&report, "\nstopped by sampling.time_limit, "
+                              "sampling.target_error = 0.0001 is not met\n");
     report.target = 0.00005;
-    text = table_text(&report, 80);
-    assert_has(text, "sampling.target_error = 0.00005 is not met\n");
-    free(text);
+    assert_table_has(&report, "sampling.target_error = 0.00005 is not met\n");
     report.target = 0;
-    text = table_text(&report, 80);
-    assert_has(text, "\nstopped by sampling.time_limit\n");
-    free(text);
+    assert_table_has(&report, "\nstopped by sampling.time_limit\n");
     report.ended = ENDED_WITHOUT_ERROR;
-    text = table_text(&report, 80);
-    assert_has(text, "\nstopped as samples show no error\n");
-    free(text);
+    assert_table_has(&report, "\nstopped as samples show no error\n");
+}
+
+/* The samples per pixel of an adaptive run, and what is missing of its last pass. */
+static void test_table_cut_off(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
     report.ended = ENDED_BY_TIME;
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "samples per pixel")); /* sampling was uniform */
+    free(text);
     report.passes = 3;
     report.missing_share = 0.4;
-    text = table_text(&report, 80);
-    assert_has(text,
-               "\n16.0 samples per pixel\nstopped by sampling.time_limit, pass 3 was cut off:\n"
-               "  40.0 % of its pixels are missing\n");
-    free(text);
+    assert_table_has(&report, "\n16.0 samples per pixel\n"
+                              "stopped by sampling.time_limit, pass 3 was cut off:\n"
+                              "  40.0 % of its pixels are missing\n");
     report.missing_share = 0.0001; /* never shown as 0 */
     text = table_text(&report, 130);
     assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
     free(text);
     report.missing_share = 1;
-    text = table_text(&report, 80);
-    assert_has(text, ", pass 3 was planned, but nothing of it was done\n");
-    free(text);
+    assert_table_has(&report, ", pass 3 was planned, but nothing of it was done\n");
     report.unsampled = 1;
     text = table_text(&report, 80);
     assert_null(strstr(text, "pass 3"));
@@ -121,14 +135,6 @@ static void test_table_steep_forecast(void **state)
     report.forecast.slope = 2.1;
     text = table_text(&report, 80);
     assert_has(text, ", slope -2.10 +- ");
-    free(text);
-}
-
-/* In a terminal of 80 columns. */
-static void assert_table_has(const struct report *report, const char *expected)
-{
-    char *text = table_text(report, 80);
-    assert_has(text, expected);
     free(text);
 }
 
@@ -287,7 +293,9 @@ static void test_table_truth(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_table_no_forecast),
+        cmocka_unit_test(test_table_beyond),
+        cmocka_unit_test(test_table_ended),
+        cmocka_unit_test(test_table_cut_off),
         cmocka_unit_test(test_table_steep_forecast),
         cmocka_unit_test(test_table_error),
         cmocka_unit_test(test_table_narrow_interval),
