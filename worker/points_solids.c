@@ -100,27 +100,32 @@ static inline struct cone cone_at(const struct points *points, uint32_t i)
                          .apex_radius = points->c.y[i]};
 }
 
-/* cone_point() and cone_normal() on the side, where the parameter is t. */
-static inline void put_side(struct points *points, uint32_t i, const struct cone *cone, struct dd t,
-                            bool sure)
-{
-    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
-    struct place place = line_place(cone->base, o, d, t);
-    struct vec3 normal = plain_unit(cone_side_gradient(cone, place.offset, &sure), &sure);
-    put_surface(points, i, &place, normal, sure);
-}
-
-/* For a ray that does not start on that cone. */
-static inline void find_side(struct points *points, uint32_t i)
+/* cone_point() and cone_normal() on the side, where the ray enters the cone, or leaves the one that it starts on. */
+static inline void find_on_side(struct points *points, uint32_t i, bool leaving)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
+    double near = points->t[i], error = points->t_error[i];
     bool sure = true;
-    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->t_error[i], &sure);
-    put_side(points, i, &cone, t, sure);
+    struct dd t = leaving ? cone_exit_parameter(&cone, o, d, near, error, &sure)
+                          : cone_side_parameter(&cone, o, d, near, error, &sure);
+    struct place place = line_place(cone.base, o, d, t);
+    struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+static inline void find_side(struct points *points, uint32_t i)
+{
+    find_on_side(points, i, false);
+}
+
+static inline void find_exit(struct points *points, uint32_t i)
+{
+    find_on_side(points, i, true);
 }
 
 IN_LANES(find_sides, points, find_side)
+IN_LANES(find_exits, points, find_exit)
 
 void find_on_sides(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
                    struct points *points)
@@ -128,18 +133,6 @@ void find_on_sides(const struct scene *scene, const struct hit *hits, uint32_t b
     gather_cones(scene, hits, begin, end, points);
     find_sides(points, begin, end);
 }
-
-/* For a ray that starts on that cone. */
-static inline void find_exit(struct points *points, uint32_t i)
-{
-    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
-    struct cone cone = cone_at(points, i);
-    bool sure = true;
-    struct dd t = cone_exit_parameter(&cone, o, d, points->t[i], points->t_error[i], &sure);
-    put_side(points, i, &cone, t, sure);
-}
-
-IN_LANES(find_exits, points, find_exit)
 
 void find_on_exits(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
                    struct points *points)
