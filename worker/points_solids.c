@@ -100,7 +100,7 @@ static inline struct cone cone_at(const struct points *points, uint32_t i)
                          .apex_radius = points->c.y[i]};
 }
 
-/* cone_point() and cone_normal() on the side, where the ray enters the cone, or leaves the one that it starts on. */
+/* cone_point() and cone_normal() on the side. leaving: the ray starts on this cone. */
 static inline void find_on_side(struct points *points, uint32_t i, bool leaving)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
