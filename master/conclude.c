@@ -228,6 +228,7 @@ int run_conclude(struct run *run, const struct served *served)
         run->save = NULL;
         return STATUS_FAILED;
     }
+    save_finish(run->save);
     struct written written = write_outputs(run);
     bool kept = keep_what_is_missing(run, written, served->timed_out);
     int failed = kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;

@@ -535,11 +535,16 @@ const char *journal_original(const struct journal *journal)
     return there ? journal->original : NULL;
 }
 
-/* What was reserved and not used is given back by cutting the file where it ends. */
-void journal_close(struct journal *journal)
+/* By cutting the file where it ends. */
+void journal_give_back(struct journal *journal)
 {
     journal->torn = true;
     cut(journal);
+}
+
+void journal_close(struct journal *journal)
+{
+    journal_give_back(journal);
     sync_now(journal);
     destroy(journal);
 }

@@ -96,6 +96,9 @@ uint64_t journal_room(const struct journal *journal);
  * where that is not possible. */
 void journal_reserve(struct journal *journal, uint64_t bytes);
 
+/* Gives back what was reserved and is not used: all has been appended. */
+void journal_give_back(struct journal *journal);
+
 /*
  * Appends a record. false when it could not be written (disk full, ...): the journal is then as it was before,
  * the first failure is reported as a warning, and a later call may succeed. Rendering goes on in any case;

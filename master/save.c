@@ -424,6 +424,15 @@ static void end_thread(struct save *save)
     take_over(save);
     pthread_cond_destroy(&save->changed);
     pthread_mutex_destroy(&save->lock);
+    save->is_started = false;
+}
+
+void save_finish(struct save *save)
+{
+    if (!save) return;
+    end_thread(save);
+    if (save->reserve) return; /* a short run, which has written nothing */
+    if (write_waiting(save)) journal_give_back(save->journal);
 }
 
 static void destroy(struct save *save)

@@ -2,8 +2,8 @@
  * Saves finished tiles. What an earlier run left in its journal is put into the picture, and what this run
  * finishes goes into the journal, written by a thread of its own, so that a slow disk holds nothing up.
  *
- *   save_open() --> save_use() ... --> save_start() --> save_tile() ... --> save_keep() or
- *                                                                              save_drop()
+ *   save_open() --> save_use() ... --> save_start() --> save_tile() ... --> save_finish()
+ *                                                                    --> save_keep() or save_drop()
  *
  * A tile is in the file within a few hundredths of a second. In the first second nothing is written, so that
  * short runs write nothing. If a run ends regularly, what is not written yet is written then.
@@ -73,6 +73,10 @@ void save_tile(struct save *save, const struct tile *tile, const struct result_h
  */
 void save_part(struct save *save, const struct tile *tile, const struct result_header *header,
                const float *part);
+
+/* Ends the thread: all tiles have been saved. Writes what is not written yet, unless the run was so short that nothing
+ * was, and gives back reserved space that is not needed: the picture may need it. NULL: does nothing. */
+void save_finish(struct save *save);
 
 struct save_kept {
     char *path; /* of the journal; owned by the caller */

@@ -445,6 +445,62 @@ static void test_disk_is_full(void **state)
     canvas_free(&again);
 }
 
+static struct stat status_of(const char *path)
+{
+    struct stat status;
+    assert_int_equal(stat(path, &status), 0);
+    return status;
+}
+
+/* Saves a tile of a run of 2000 tiles, and waits until the thread has written it. */
+static struct save *begin_long_run(struct scratch *s, struct canvas *whole)
+{
+    struct save *save = open_save(s, whole, NULL);
+    off_t bare = status_of(PATH).st_size;
+    save_start(save, 2000, PIXELS);
+    save_at(save, 0, EDGE);
+    while (status_of(PATH).st_size == bare)
+        clock_sleep(0.01);
+    return save;
+}
+
+/* At the end of a run all that has come is in the journal, and the space that was reserved for more is free again. */
+static void test_space_is_given_back(void **state)
+{
+    struct canvas whole, again;
+    fill(&whole);
+    canvas_init(&again, WIDTH, EDGE);
+    struct save *save = begin_long_run(*state, &whole);
+    blkcnt_t reserved = status_of(PATH).st_blocks;
+    save_at(save, EDGE, 2 * EDGE);
+    save_finish(save);
+    if (reserved * 512 < 2000 * 64) skip(); /* this file system reserves nothing */
+    assert_true(status_of(PATH).st_blocks < reserved / 4);
+    keep(save);
+    save = open_save(*state, &again, NULL);
+    check_columns(&again, &whole, 0, WIDTH);
+    save_drop(save);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+/* A run of less than a second writes nothing at its end, either. */
+static void test_short_run_writes_nothing(void **state)
+{
+    struct canvas whole;
+    fill(&whole);
+    struct save *save = open_save(*state, &whole, NULL);
+    off_t bare = status_of(PATH).st_size;
+    save_start(save, TILES, PIXELS);
+    save_at(save, 0, EDGE);
+    save_finish(save);
+    assert_int_equal(status_of(PATH).st_size, bare);
+    keep(save);
+    assert_true(status_of(PATH).st_size > bare);
+    save_finish(NULL);
+    canvas_free(&whole);
+}
+
 /* A copy in memory, as the current folder is there, replaces no file on a disk: that is named. */
 static void test_saved_in_memory(void **state)
 {
@@ -474,6 +530,8 @@ int main(void)
         cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
         cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
         cmocka_unit_test(test_disk_is_full),       cmocka_unit_test(test_saved_in_memory),
+        cmocka_unit_test(test_space_is_given_back),
+        cmocka_unit_test(test_short_run_writes_nothing),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
 }
