@@ -163,6 +163,8 @@ $(FARM): $(OBJECTS)
 # The compiler and its flags: if they have changed, everything is compiled again.
 COMPILES := $(strip $(COMPILE) $(FLAGS) $(CFLAGS))
 $(BUILD)/flags: $(if $(findstring |$(COMPILES)|,|$(file <$(BUILD)/flags)|),,FORCE)
+	@command -v $(firstword $(MPICC)) >/dev/null || \
+	    { echo "there is no $(firstword $(MPICC)): 'make deps' installs what the farm needs" >&2; exit 1; }
 	@mkdir -p $(@D)
 	@printf '%s\n' '$(subst ','\'',$(COMPILES))' >$@
 

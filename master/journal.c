@@ -106,8 +106,8 @@ static bool lock(const char *path, int file)
 {
     if (journal_lock(file)) return true;
     user_error(path, 0,
-               "another run is at work on this journal, wait for its end or choose another place "
-               "with output.journal=FILE");
+               "another run is at work on this journal, wait for its end or choose another picture "
+               "with output.image=FILE (and, where it is set, another output.journal)");
     return false;
 }
 
@@ -426,6 +426,11 @@ bool journal_was_empty(const struct journal *journal)
 {
     const struct journal_found *found = &journal->found;
     return found->records == 0 && found->damaged_bytes == 0 && found->refused_bytes == 0;
+}
+
+bool journal_is_bare(const struct journal *journal)
+{
+    return journal->end == sizeof(struct file_header);
 }
 
 const char *journal_path(const struct journal *journal)

@@ -80,6 +80,9 @@ struct journal *journal_open(const char *path, uint64_t picture,
 
 struct journal_found journal_found(const struct journal *journal);
 
+/* Whether it holds nothing that another run could use. */
+bool journal_is_bare(const struct journal *journal);
+
 /* Whether nothing was found, not even damaged bytes or records that are of no use to this run. */
 bool journal_was_empty(const struct journal *journal);
 

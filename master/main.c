@@ -385,6 +385,21 @@ static void occupy_standard_descriptors(void)
     if (nowhere >= 0) close(nowhere);
 }
 
+/* A launcher of another MPI starts as many farms as it was to start processes, each of which is alone. */
+static void warn_of_other_launcher(void)
+{
+    static const char *const counts[] = {"OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        const char *count = getenv(counts[i]);
+        if (!count || strtol(count, NULL, 10) <= 1) continue;
+        user_warning(NULL, 0,
+                     "%s is %s, but each of these processes is alone, and renders the whole "
+                     "picture: start them by the mpiexec of MPICH, or by srun --mpi=pmi2",
+                     counts[i], count);
+        return;
+    }
+}
+
 int main(int argc, char **argv)
 {
     occupy_standard_descriptors();
@@ -405,6 +420,7 @@ int main(int argc, char **argv)
     stop_unwatch_the_start();
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
+    if (run.processes == 1) warn_of_other_launcher();
     status = agree_on_status(run_rank(&run, rank));
     stop_watch_the_end(status);
     MPI_Finalize();

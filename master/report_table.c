@@ -85,7 +85,8 @@ static void put_rays(struct table *table, const struct report *report,
         if (counts->rays[kind])
             flow(table, "%s %s", figure_count((double)counts->rays[kind]).text, names[kind]);
     if (counts->bound_rays)
-        flow(table, "%s more for the bound", figure_count((double)counts->bound_rays).text);
+        flow(table, "%s more for the truncation bound",
+             figure_count((double)counts->bound_rays).text);
     end_flow(table);
 }
 
@@ -122,7 +123,7 @@ static void put_shared_cores(struct table *table, const struct report *report,
     flow(table, "CPU time is %.0f %% of busy time", 100 * work->cpu / work->busy);
     flow(table, "as cores were shared");
     if (work->cpu > 0 && report->renderer_count > 1)
-        flow(table, "its imbalance is %.3f", report_balance(report).cpu_imbalance);
+        flow(table, "imbalance of CPU time %.3f", report_balance(report).cpu_imbalance);
     end_flow(table);
 }
 
@@ -252,6 +253,17 @@ static void put_estimate(struct table *table, const struct error_estimate *estim
             figure_digits(estimate->high, digits).text);
 }
 
+/* "and 10.0 s of an earlier run (20.0 s of CPU time on 2 cores)": on as many as work at a time in this run. */
+static void put_earlier(struct table *table, const struct resumed *earlier)
+{
+    double cores = round(earlier->cpu_s / earlier->render_s);
+    flow_on(table, "and %.1f s of an earlier run", earlier->render_s);
+    if (cores > 1)
+        flow_on(table, "(%.1f s of CPU time on %.0f cores)", earlier->cpu_s, cores);
+    else
+        flow_on(table, "(%.1f s of CPU time)", earlier->cpu_s);
+}
+
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
@@ -269,11 +281,7 @@ static void put_error(struct table *table, const struct report *report)
         flow_on(table, "after %s s", figure_digits(last->elapsed_s, 2).text);
     else
         flow_on(table, "after %.1f s", last->elapsed_s);
-    if (before > 0) {
-        bool shared = report->resumed.cpu_s > before;
-        flow_on(table, "and %.1f s of an earlier run", before);
-        flow_on(table, "(%.1f s of CPU time%s)", report->resumed.cpu_s, shared ? ", shared" : "");
-    }
+    if (before > 0) put_earlier(table, &report->resumed);
     put_guessed(table, report, last->sampled_share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
@@ -335,7 +343,7 @@ static void put_end(struct table *table, const struct report *report)
     if (report->missing_share > 0 && report->unsampled == 0) {
         if (report->missing_share < 1) {
             flow(table, "pass %u was cut off:", report->passes);
-            flow_on(table, "%.1f %% of its pixels are missing",
+            flow_on(table, "%.1f %% of its pixels got none of its samples",
                     fmax(100 * report->missing_share, 0.1));
         } else {
             flow(table, "pass %u was planned, but nothing of it was done", report->passes);

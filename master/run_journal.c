@@ -100,12 +100,8 @@ bool open_run_journal(struct run *run, const struct scene *scene)
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
-    if (save_found(run->save).records) {
-        struct save_kept kept = save_keep(run->save);
-        save_kept_free(&kept);
-    } else {
-        save_drop(run->save);
-    }
+    struct save_kept kept = save_keep(run->save);
+    save_kept_free(&kept);
     run->save = NULL;
     return false;
 }
@@ -153,9 +149,13 @@ bool keep_run_journal(struct run *run, const char *then)
         user_error(NULL, 0, "%llu finished tile%s (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost > 1 ? "s" : "", kept.lost_s);
     char *place = printable_text(kept.path);
+    const char *way = plainly ? "" : ", start it in the same way";
     /* Not user_note(), which would replace a newline between quotes and so change the command. */
-    fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
-            plainly ? "" : ", start it in the same way", command);
+    if (kept.is_bare)
+        fprintf(stderr, "farm: nothing is saved yet; to begin again%s: %s\n", way, command);
+    else
+        fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place,
+                kept.lost ? "to go on" : then, way, command);
     if (kept.original)
         user_note("%s stays, too: it holds less, and can be removed if its room is needed",
                   kept.original);

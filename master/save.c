@@ -507,7 +507,11 @@ struct save_kept save_keep(struct save *save)
     kept.path = copy_text(journal_path(save->journal));
     const char *original = journal_original(save->journal);
     if (original) kept.original = copy_text(original);
-    journal_close(save->journal);
+    kept.is_bare = !kept.lost && journal_is_bare(save->journal);
+    if (kept.is_bare)
+        journal_remove(save->journal);
+    else
+        journal_close(save->journal);
     destroy(save);
     return kept;
 }

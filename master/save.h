@@ -79,7 +79,8 @@ void save_part(struct save *save, const struct tile *tile, const struct result_h
 void save_finish(struct save *save);
 
 struct save_kept {
-    char *path; /* of the journal; owned by the caller */
+    char *path;   /* of the journal; owned by the caller */
+    bool is_bare; /* nothing was saved, and the journal is removed */
     /* It is not at the requested path, because that could not be written. */
     bool moved;
     /* The file at the requested path, if it is left beside the one at `path`, which holds as much or more; owned, or

@@ -55,8 +55,8 @@ static void remove_useless(void)
 
 static void note_signal(int number)
 {
-    static const char message[] = "farm: stopped before rendering had begun: what an earlier run "
-                                  "may have saved is kept; the same command begins again\n";
+    static const char message[] = "farm: stopped before rendering had begun: nothing is lost; the "
+                                  "same command begins again\n";
     long long now = milliseconds(), first = 0;
     if (!atomic_compare_exchange_strong(&noted_at, &first, now)) {
         if (now - first < SAME_SIGNAL) return;

@@ -31,6 +31,12 @@ task() { # of Slurm, but no rank
         run 2 env PMI_RANK=1 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate # left over
 }
 check "a farm in a Slurm task of its own speaks" task
+alone() { # SIZE MESSAGES: among so many processes of a launcher that MPICH does not know
+    OMPI_COMM_WORLD_SIZE=$1 run 0 "$FARM" "$CONFIG/hello.ini" output.image="$T/h.png" image.width=8 image.height=8
+    [ "$(echo "$err" | grep -c "OMPI_COMM_WORLD_SIZE is $1, but each of these processes is alone")" -eq "$2" ]
+}
+check "a launcher of another MPI" alone 4 1
+check "which started one process" alone 1 0
 harmless() { # names of files write nothing else to the terminal
     name=$(printf 'a\033]0;b\007\302\233\351c\303\251') shown='a?]0;b????cé'
     run 0 farm_n 0 everything.ini image.width=8 image.height=6 "output.image=$name.png" \

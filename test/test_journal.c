@@ -208,7 +208,8 @@ static void test_one_run_at_a_time(void **state)
     assert_true(fcntl(file, F_GETFD) & FD_CLOEXEC); /* the lock ends with this process */
     assert_null(open_as(s, PICTURE, &seen));
     assert_string_equal(s->said, PATH ": another run is at work on this journal, wait for its end "
-                                      "or choose another place with output.journal=FILE\n");
+                                      "or choose another picture with output.image=FILE (and, "
+                                      "where it is set, another output.journal)\n");
     /* Another picture's run does not take it away either. */
     assert_null(open_as(s, PICTURE + 1, &seen));
     assert_true(append(first, 2));

@@ -104,10 +104,10 @@ static void test_table_cut_off(void **state)
     report.missing_share = 0.4;
     assert_table_has(&report, "\n16.0 samples per pixel\n"
                               "stopped by sampling.time_limit, pass 3 was cut off:\n"
-                              "  40.0 % of its pixels are missing\n");
+                              "  40.0 % of its pixels got none of its samples\n");
     report.missing_share = 0.0001; /* never shown as 0 */
     text = table_text(&report, 130);
-    assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
+    assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels got none of its samples\n");
     free(text);
     report.missing_share = 1;
     assert_table_has(&report, ", pass 3 was planned, but nothing of it was done\n");
@@ -217,7 +217,7 @@ static void test_table_error_of_two_runs(void **state)
     report.resumed.cpu_s = 20;
     assert_table_has(
         &report,
-        " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
+        " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time on 2 cores)\n"
         "  RMSE 0.000090 against the reference\nan RMSE of 0.00002 would take about 289 s (");
     row.true_rmse = 0.2;
     assert_table_has(&report, "\n  RMSE 0.20 against the reference (is it of this view?)\n");

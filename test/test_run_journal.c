@@ -416,7 +416,7 @@ static void test_no_room(void **state)
     unsigned long tile =
         4 * journal_record_bytes(sizeof(struct part_head)) + EDGE * EDGE * 3 * sizeof(float);
     assert_true(opens_with(s, false, 3 * tile));
-    assert_int_equal(unlink(PATH), 0);
+    assert_int_equal(access(PATH, F_OK), -1); /* nothing was saved */
     assert_false(opens_with(s, false, 3 * tile - 1));
     assert_int_equal(access(PATH, F_OK), -1);
     leave_first_tiles(2);
@@ -528,6 +528,10 @@ static void test_strange_name(void **state)
     run_open(&run, &by_tiles, false);
     set_text(&run.job.settings.output.journal, "a\033c.journal");
     assert_true(open_journal(s, &run));
+    const struct tile tile = tile_at(0, EDGE, 0);
+    const struct result_header header = result_of(tile_pixels(&tile));
+    save_start(run.save, TILES, PIXELS);
+    save_tile(run.save, &tile, &header); /* the queue does not know */
     check_kept(&run, "farm: 0.0 % of the pixels are saved in a?c.journal; to end it: farm a.ini\n");
     assert_int_equal(unlink("a\033c.journal"), 0);
 }
@@ -536,14 +540,26 @@ static void check_command(struct scratch *s, int processes, int neighbours, cons
 {
     char expected[256];
     struct run run;
+    leave_first_tiles(1);
     run_open(&run, &by_tiles, false);
     run.processes = processes;
     run.neighbour_count = neighbours;
     assert_true(open_journal(s, &run));
-    snprintf(expected, sizeof expected, "farm: 0.0 %% of the pixels are saved in " PATH "; %s\n",
+    snprintf(expected, sizeof expected, "farm: 33.3 %% of the pixels are saved in " PATH "; %s\n",
              command);
     check_kept(&run, expected);
     assert_int_equal(unlink(PATH), 0);
+}
+
+/* A run that is ended before any tile is finished leaves no journal. */
+static void test_nothing_saved(void **state)
+{
+    struct run run;
+    run_open(&run, &by_tiles, false);
+    assert_true(open_journal(*state, &run));
+    save_start(run.save, TILES, PIXELS);
+    check_kept(&run, "farm: nothing is saved yet; to begin again: farm a.ini\n");
+    assert_int_equal(access(PATH, F_OK), -1);
 }
 
 /* The command starts as many processes as there were, if mpiexec on this machine did. */
@@ -567,7 +583,8 @@ int main(void)
         cmocka_unit_test(test_passes),       cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_not_opened),   cmocka_unit_test(test_no_room),
         cmocka_unit_test(test_lost),         cmocka_unit_test(test_moved),
-        cmocka_unit_test(test_strange_name), cmocka_unit_test(test_command),
+        cmocka_unit_test(test_strange_name), cmocka_unit_test(test_nothing_saved),
+        cmocka_unit_test(test_command),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
 }

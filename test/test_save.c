@@ -524,14 +524,13 @@ static void test_saved_in_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tiles_come_back),    cmocka_unit_test(test_strange_records),
-        cmocka_unit_test(test_room_is_looked_for), cmocka_unit_test(test_passes_come_back),
-        cmocka_unit_test(test_lattices_come_back), cmocka_unit_test(test_lattices_alone_come_back),
-        cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
-        cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
-        cmocka_unit_test(test_disk_is_full),       cmocka_unit_test(test_saved_in_memory),
-        cmocka_unit_test(test_space_is_given_back),
-        cmocka_unit_test(test_short_run_writes_nothing),
+        cmocka_unit_test(test_tiles_come_back),     cmocka_unit_test(test_strange_records),
+        cmocka_unit_test(test_room_is_looked_for),  cmocka_unit_test(test_passes_come_back),
+        cmocka_unit_test(test_lattices_come_back),  cmocka_unit_test(test_lattices_alone_come_back),
+        cmocka_unit_test(test_lost_below),          cmocka_unit_test(test_other_target),
+        cmocka_unit_test(test_no_room_anywhere),    cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_disk_is_full),        cmocka_unit_test(test_saved_in_memory),
+        cmocka_unit_test(test_space_is_given_back), cmocka_unit_test(test_short_run_writes_nothing),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
 }
