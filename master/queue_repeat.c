@@ -6,10 +6,11 @@
 
 #include "master/queue_parts.h"
 
-/* Whether the tile can be given to another renderer: it is not finished, and has not been passed on before. */
-static bool is_open(const struct queue *queue, const struct hold *hold)
+/* Whether the tile can be given to another renderer: it has not been passed on before, and is not finished, of which
+ * its holder would have been told. */
+static bool is_open(const struct hold *hold)
 {
-    return hold->may_pass && !hold->recalled && !queue->items[hold->id].finished;
+    return hold->may_pass && !hold->recalled;
 }
 
 /*
@@ -27,7 +28,7 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
         struct hold *hold = &holdings->holds[i];
         bool spared = spare && i == first;
         i = hold->next;
-        if (spared || !is_open(queue, hold)) continue;
+        if (spared || !is_open(hold)) continue;
         if (asker == HOLD_NONE || !holdings_find(holdings, asker, hold->id)) found = hold;
     }
     return found;
@@ -97,7 +98,7 @@ void repeat_blind(struct queue *queue)
         while (i != HOLD_NONE) {
             struct hold *hold = &holdings->holds[i];
             i = hold->next;
-            if (is_open(queue, hold) && hold->work > share) break_dear(queue, hold);
+            if (is_open(hold) && hold->work > share) break_dear(queue, hold);
         }
     }
 }

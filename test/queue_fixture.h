@@ -101,8 +101,8 @@ static inline void assert_sum(double value, double expected, double all)
     if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
 }
 
-/* The queue knows of each renderer how many lots it has, and how many tiles it may still pass on to others; none are
- * taken from one that is not late. */
+/* The queue knows of each renderer how many lots it has, and how many tiles it may still pass on to others, which are
+ * not finished. It has no tile twice. None are taken from one that is not late. */
 static inline void check_holders(const struct queue *queue)
 {
     const struct holdings *holdings = &queue->holdings;
@@ -112,6 +112,8 @@ static inline void check_holders(const struct queue *queue)
         for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next) {
             const struct hold *hold = &holdings->holds[i];
             open += hold->may_pass && !hold->recalled;
+            assert_ptr_equal(holdings_find(holdings, renderer, hold->id), hold);
+            assert_true(!hold->may_pass || hold->recalled || !queue->items[hold->id].finished);
             lots += count++ == 0 || hold->lot != lot;
             lot = hold->lot;
         }
