@@ -274,9 +274,47 @@ static void test_overdue_is_broken_up(void **state)
     count = queue_next(queue, 2, 100, lot);
     assert_true(count > 0 && queue->waiting.count > 0);
     assert_true(queue->items[first.id].pieces > 1);
+    assert_true(queue_is_recalled(queue, 0, first.id));
     assert_true(queue->items[lot[0].id].is_piece);
     assert_int_equal(queue->items[lot[0].id].whole, first.id);
     queue_destroy(queue);
+}
+
+/* The number of pieces into which a tile of 64 x 64 pixels is broken when it is overdue by the time of so many shortest
+ * lots. They are predicted from that time. */
+static uint32_t pieces_of_overdue(double lots)
+{
+    const struct queue_config config = {
+        .width = 2048, .height = 2048, .renderers = 4, .tile_edge = 64};
+    struct queue *queue = queue_create(&config);
+    struct tile held[LOT_TILES], lot[LOT_TILES];
+    assert_true(queue_next(queue, 0, 0, held) == 1 && tile_pixels(&held[0]) == 64 * 64);
+    assert_true(queue_next(queue, 1, 0, lot) == 1 && queue_finish(queue, 1, lot[0].id, 1, 1e-3));
+    serve_for(queue, 1e6); /* the shortest lot takes far longer than all the rest */
+    queue_look(queue, 1e12);
+    const struct pace *pace = &queue->pace;
+    double overdue = lots * pace_least(pace, 0), work = 0,
+           known = overdue / pace_seconds(pace, 0, 1);
+    assert_true(pace->renderers[0].is_overdue);
+    queue_next(queue, 1, pace->renderers[0].free_at + overdue, lot);
+    const struct item *whole = &queue->items[held[0].id];
+    for (uint32_t i = 0; i < whole->pieces; i++)
+        work += (double)queue->items[whole->first_piece + i].work;
+    assert_sum(work, known, known);
+    uint32_t pieces = whole->pieces;
+    queue_destroy(queue);
+    return pieces;
+}
+
+/* If an overdue tile takes as long again, each of its pieces takes a shortest lot at most; but there are two of them at
+ * least, and 1024 at most. */
+static void test_overdue_is_broken_into_shortest_lots(void **state)
+{
+    (void)state;
+    assert_int_equal(pieces_of_overdue(0.4), 2);
+    assert_int_equal(pieces_of_overdue(4.1), 8);
+    assert_int_equal(pieces_of_overdue(4.5), 16);
+    assert_int_equal(pieces_of_overdue(1e6), 1024);
 }
 
 /* Whether a tile of edge x edge pixels is broken up while others wait, when the rest of the run is this part of the
@@ -341,6 +379,7 @@ int main(void)
         cmocka_unit_test(test_pieces_within_the_limit),
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
+        cmocka_unit_test(test_overdue_is_broken_into_shortest_lots),
         cmocka_unit_test(test_overdue_few_pixels_are_broken_up_earlier),
         cmocka_unit_test(test_overdue_near_the_end_is_broken_up),
     };

@@ -1,5 +1,6 @@
 /* Tiles that are handed out a second time: what late renderers have not begun, and what idle renderers take over when
  * nothing waits. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -35,9 +36,10 @@ static void test_idle_take_unbegun(void **state)
         if (queue_find_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
     while (queue_next_recall(queue, &recall)) {
     }
-    uint32_t holds = queue_tile_count(queue, 0);
+    uint32_t open = queue->holdings.holders[0].open;
     uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
-    assert_true(holds >= 4 && count >= 2 && count <= holds / 2);
+    assert_true(open >= 4);
+    assert_int_equal(count, open / 2);
     for (uint32_t i = 0; i < count; i++) {
         assert_true(stolen[i].id != first);
         assert_true(queue_is_recalled(queue, 0, stolen[i].id));
@@ -78,27 +80,113 @@ static void test_idle_ask_again(void **state)
     queue_destroy(queue);
 }
 
+/* A queue without waiting tiles, in which renderer 0 has taken a second for three pixels. */
+static struct queue *begin_row(uint32_t renderers)
+{
+    const struct queue_config config = {
+        .width = 3, .height = 1, .renderers = renderers, .tile_edge = 3};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
+    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1));
+    return queue;
+}
+
+/* The renderer gets a new tile of so many pixels, a third of a second each; returns its id. */
+static uint32_t give_row(struct queue *queue, uint32_t renderer, uint32_t pixels, double now)
+{
+    const struct tile row = {.w = pixels, .h = 1, .step = 1, .pass = 1};
+    struct tile lot[LOT_TILES];
+    uint32_t id = queue_add(queue, &row, pixels, 1);
+    assert_true(queue_next(queue, renderer, now, lot) == 1 && lot[0].id == id);
+    return id;
+}
+
+/* The id of the only tile that the renderer gets when it asks, or UINT32_MAX: none. */
+static uint32_t ask(struct queue *queue, uint32_t renderer, double now)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, renderer, now, lot);
+    assert_true(count <= 1);
+    return count ? lot[0].id : UINT32_MAX;
+}
+
 /* A single pixel that two renderers hold already cannot be broken up: an idle renderer does not wait for it, whether it
  * is to be done first or last, but gets a piece of another tile that is overdue. */
 static void test_idle_pass_over_a_pixel(void **state)
 {
     (void)state;
-    const struct queue_config config = {.width = 3, .height = 1, .renderers = 5, .tile_edge = 3};
-    const struct tile row = {.w = 3, .h = 1, .step = 1, .pass = 1},
-                      first = {.w = 1, .h = 1, .step = 1, .pass = 1};
-    struct queue *queue = queue_create(&config);
-    struct tile lot[LOT_TILES];
-    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
-    uint32_t overdue = queue_add(queue, &row, 3, 2), pixel = queue_add(queue, &first, 1, 1);
-    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1)); /* a third of a second for each pixel */
-    assert_true(queue_next(queue, 1, 1, lot) == 1 && lot[0].id == overdue);
-    assert_true(queue_next(queue, 2, 1.4, lot) == 1 && lot[0].id == pixel);
-    /* 2 should have been done. */
-    assert_true(queue_next(queue, 3, 1.8, lot) == 1 && lot[0].id == pixel);
-    double now = 2.01;
-    assert_true(queue->pace.renderers[3].free_at > now && pace_next_late(&queue->pace) > now);
-    assert_true(queue_next(queue, 4, now, lot) > 0);
-    assert_int_equal(queue->items[lot[0].id].whole, overdue);
+    struct queue *queue = begin_row(7);
+    uint32_t overdue = give_row(queue, 0, 3, 1.95), first = give_row(queue, 1, 1, 2.17),
+             last = give_row(queue, 2, 1, 2.5);
+    assert_int_equal(ask(queue, 3, 2.57), first);
+    assert_int_equal(ask(queue, 4, 2.9), last);
+    const struct pace_renderer *renderers = queue->pace.renderers;
+    assert_true(renderers[3].free_at < renderers[0].free_at && renderers[0].free_at < 3);
+    assert_true(renderers[4].free_at > 3 && pace_next_late(&queue->pace) > 3);
+    uint32_t piece = ask(queue, 5, 3);
+    assert_true(queue->items[piece].is_piece && queue->items[piece].whole == overdue);
+    queue_destroy(queue);
+}
+
+/* Of two tiles idle renderers help with the one that would be done later, if the other one is as good as done. */
+static void test_idle_help_the_last(void **state)
+{
+    (void)state;
+    struct queue *queue = begin_row(4);
+    give_row(queue, 0, 1, 1.7);
+    uint32_t last = give_row(queue, 1, 3, 2);
+    uint32_t piece = ask(queue, 2, 2);
+    assert_true(queue->items[piece].is_piece && queue->items[piece].whole == last);
+    queue_destroy(queue);
+}
+
+/* A single idle renderer waits for others that will be idle soon, to help together with them: also where the tile is
+ * that of a late renderer. When there are none, it gets the whole tile. */
+static void test_idle_wait_for_others(void **state)
+{
+    (void)state;
+    for (int late = 0; late <= 1; late++) {
+        struct queue *queue = begin_row(3);
+        double now = late ? 4.2 : 3.6;
+        uint32_t overdue = give_row(queue, 0, 3, 2), other = give_row(queue, 1, 3, 3.5);
+        queue_look(queue, now);
+        assert_int_equal(queue->pace.renderers[0].is_overdue, late);
+        assert_int_equal(ask(queue, 2, now), UINT32_MAX);
+        assert_true(queue_finish(queue, 1, other, now, 1));
+        uint32_t piece = ask(queue, 2, now);
+        assert_true(queue->items[piece].is_piece && queue->items[piece].whole == overdue);
+        queue_destroy(queue);
+    }
+    struct queue *queue = begin_row(2);
+    uint32_t overdue = give_row(queue, 0, 3, 2);
+    assert_int_equal(ask(queue, 1, 3.1), overdue);
+    queue_destroy(queue);
+}
+
+/* What a tile is known to have taken, its pieces are predicted from: here 8 s in place of 1. */
+static void test_help_with_what_is_known(void **state)
+{
+    (void)state;
+    struct queue *queue = begin_row(4);
+    uint32_t id = give_row(queue, 0, 3, 2);
+    queue_takes_long(queue, 0, id, 10, 8);
+    uint32_t part = ask(queue, 1, 10);
+    const struct item *piece = &queue->items[part];
+    assert_true(piece->is_piece && piece->whole == id);
+    assert_sum((double)piece->work, 3 * 8 * (double)area(piece) / 3, 1);
+    queue_destroy(queue);
+}
+
+/* A renderer that still has something to do takes over nothing. */
+static void test_busy_do_not_help(void **state)
+{
+    (void)state;
+    struct queue *queue = begin_row(4);
+    give_row(queue, 0, 3, 2);
+    give_row(queue, 1, 3, 2.9);
+    assert_int_equal(ask(queue, 1, 3.1), UINT32_MAX);
+    assert_true(ask(queue, 2, 3.1) != UINT32_MAX);
     queue_destroy(queue);
 }
 
@@ -180,6 +268,46 @@ static void test_late_in_one_lot(void **state)
     assert_false(queue_is_recalled(queue, 1, lots[1][0].id));
     assert_int_equal(queue_count(queue).repeated, 3);
     assert_true(queue_tile_count(queue, 2) > 3);
+    queue_destroy(queue);
+}
+
+/* Of tiles that late renderers have not begun, a renderer gets no more than one lot, but one tile at least. */
+static void test_late_within_a_lot(void **state)
+{
+    (void)state;
+    static const struct {
+        double tiles; /* limit of the lot */
+        uint32_t count;
+    } cases[] = {{0.5, 1}, {1.5, 1}, {2.5, 2}, {3.5, 3}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+        struct queue *queue = begin_late(lots, 0);
+        queue_look(queue, 0.5);
+        struct draft draft = {.renderer = 2, .tiles = tiles};
+        double work = (double)queue->items[lots[1][3].id].work;
+        repeat_late(queue, &draft, (struct pace_lot){cases[i].tiles * work, HUGE_VAL});
+        assert_int_equal(draft.count, cases[i].count);
+        queue_destroy(queue);
+    }
+}
+
+/* Renderer 0 gets all 72 tiles of 32 x 32 pixels. An idle one would take over half of them, which are more pixels than
+ * its message has room for. */
+static void test_unbegun_within_a_lot(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 256, .height = 288, .renderers = 2, .tile_edge = 32};
+    struct queue *queue = queue_create(&config);
+    struct tile tiles[LOT_TILES];
+    while (queue->waiting.count > 0) {
+        uint32_t id = agenda_first(&queue->waiting);
+        queue_unset_waiting(queue, id);
+        queue_give(queue, 0, id, (double)queue->items[id].work);
+    }
+    holdings_end_lot(&queue->holdings, 0);
+    assert_int_equal(queue_tile_count(queue, 0), 72);
+    assert_int_equal(queue_next(queue, 1, 0, tiles), queue_largest_lot(queue) / (32 * 32));
     queue_destroy(queue);
 }
 
@@ -271,10 +399,16 @@ int main(void)
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_idle_ask_again),
         cmocka_unit_test(test_idle_pass_over_a_pixel),
+        cmocka_unit_test(test_idle_help_the_last),
+        cmocka_unit_test(test_idle_wait_for_others),
+        cmocka_unit_test(test_help_with_what_is_known),
+        cmocka_unit_test(test_busy_do_not_help),
         cmocka_unit_test(test_idle_take_what_was_just_given),
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_late_within_a_lot),
+        cmocka_unit_test(test_unbegun_within_a_lot),
         cmocka_unit_test(test_late_gets_nothing),
         cmocka_unit_test(test_answered_is_not_recalled),
         cmocka_unit_test(test_late_behind_a_later_one),

@@ -250,8 +250,11 @@ static uint64_t largest_piece_of_late(uint32_t height, uint32_t samples)
     do {
         uint32_t count = queue_next(queue, 0, now, lot);
         assert_true(count > 0);
-        for (uint32_t i = 0; i < count; i++)
+        for (uint32_t i = 0; i < count; i++) {
+            assert_int_equal(queue->items[lot[i].id].pieces,
+                             0); /* or it would go to others whole, too */
             queue_finish(queue, 0, lot[i].id, now, 1e-3);
+        }
         queue_look(queue, now = 100);
     } while (queue->pace.spare.count > 0);
     for (uint32_t i = 1; i < config.renderers; i++) {
@@ -262,6 +265,7 @@ static uint64_t largest_piece_of_late(uint32_t height, uint32_t samples)
             assert_int_equal(item->pieces > 0, is_dear);
             assert_true(is_dear || item->finished);
             cheap += !is_dear;
+            assert_true(!is_dear || queue->items[item->first_piece].work < item->work);
             if (is_dear && area(&queue->items[item->first_piece]) > largest)
                 largest = area(&queue->items[item->first_piece]);
         }
