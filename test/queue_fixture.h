@@ -136,6 +136,7 @@ static inline void check_sums(const struct queue *queue)
         if (item->pass == 0) assert_true((double)item->worst >= work * (1 - 1e-5));
         if (agenda_has(&queue->waiting, id)) {
             assert_false(item->finished);
+            assert_true(queue->waiting.keys[id] == item->priority);
             waiting++;
             waiting_work += work;
             waiting_pixels += area(item);

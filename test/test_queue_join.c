@@ -82,14 +82,15 @@ static void test_joined_before_all_probes(void **state)
     queue_destroy(queue);
 }
 
-/* Whether any tiles of one cost per pixel are joined once the probes are back, and if so all by fours. Each is 0.8 % of
- * a renderer's share in a picture with this edge: 2048 pixels. pixel_s: that cost, seconds of a sample on its own. */
-static bool are_joined(uint32_t edge, double pixel_s, uint32_t samples)
+/* Whether any tiles of one cost per pixel are joined once the probes are back, and if so all by fours. Those of 8 x 8
+ * pixels are 0.8 % of a renderer's share in a picture with an edge of 2048 pixels. pixel_s: that cost, seconds of a
+ * sample on its own. */
+static bool are_joined(uint32_t edge, uint32_t tile_edge, double pixel_s, uint32_t samples)
 {
     const struct queue_config config = {.width = edge,
                                         .height = edge,
                                         .renderers = 512,
-                                        .tile_edge = 8,
+                                        .tile_edge = tile_edge,
                                         .probe_edge = 16,
                                         .samples = samples};
     struct queue *queue = queue_create(&config);
@@ -106,8 +107,8 @@ static bool are_joined(uint32_t edge, double pixel_s, uint32_t samples)
             queue_finish(queue, i % 512, lot[k].id, 0, pixel_s);
         }
     }
-    joined = area(&queue->items[0]) == 16 * 16;
-    assert_true(joined || area(&queue->items[0]) == 8 * 8);
+    joined = area(&queue->items[0]) == 4 * tile_edge * tile_edge;
+    assert_true(joined || area(&queue->items[0]) == tile_edge * tile_edge);
     check_sums(queue);
     queue_destroy(queue);
     return joined;
@@ -119,11 +120,18 @@ static bool are_joined(uint32_t edge, double pixel_s, uint32_t samples)
 static void test_more_are_joined_in_a_hurry(void **state)
 {
     (void)state;
-    assert_true(are_joined(2048, 1e-6, 1));
-    assert_false(are_joined(2048, 1e-4, 1));
-    assert_true(are_joined(2048, 1e-8, 64));
-    assert_false(are_joined(2048, 1e-6, 64));
-    assert_false(are_joined(512, 1e-8, 1));
+    assert_true(are_joined(2048, 8, 1e-6, 1));
+    assert_false(are_joined(2048, 8, 1e-4, 1));
+    assert_true(are_joined(2048, 8, 1e-8, 64));
+    assert_false(are_joined(2048, 8, 1e-6, 64));
+    assert_false(are_joined(512, 8, 1e-8, 1));
+}
+
+/* Tiles that are as large as is best for renderers are not joined, however cheap they are. */
+static void test_large_are_not_joined(void **state)
+{
+    (void)state;
+    assert_false(are_joined(2048, 16, 1e-8, 1));
 }
 
 int main(void)
@@ -132,6 +140,7 @@ int main(void)
         cmocka_unit_test(test_cheap_are_joined),
         cmocka_unit_test(test_joined_before_all_probes),
         cmocka_unit_test(test_more_are_joined_in_a_hurry),
+        cmocka_unit_test(test_large_are_not_joined),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
