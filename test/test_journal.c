@@ -1,6 +1,7 @@
 /* The journal as a file: what was appended comes back, also after a kill or a full disk, and from another place. */
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <math.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -14,12 +15,14 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/syscall.h>
+#include <sys/vfs.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
 #include "common/clock.h"
+#include "master/journal_file.h"
 #include "test/journal_fixture.h"
 
 #define MOVED "b.journal"
@@ -100,6 +103,16 @@ int fstatvfs(int file, struct statvfs *told)
     (void)file;
     *told = file_system;
     return has_file_system ? 0 : -1;
+}
+
+/* The kind of file system that is told of the file at PATH, and of all others; 0: that which it is. */
+static long kind_at_path, kind_elsewhere;
+
+int fstatfs(int file, struct statfs *told)
+{
+    if (!kind_at_path) return (int)syscall(SYS_fstatfs, file, told);
+    *told = (struct statfs){.f_type = journal_is_at(PATH, file) ? kind_at_path : kind_elsewhere};
+    return 0;
 }
 
 /* The error of shortening a file; 0: none. */
@@ -520,18 +533,32 @@ static void test_original_stays(void **state)
     assert_int_equal(unlink(PATH), 0);
 }
 
-/* A copy in memory does not survive the death of the machine: it does not replace a file on a disk. */
+/* A copy in memory does not survive the death of the machine: it does not replace a file on a disk, only one that is in
+ * memory, too. */
 static void test_original_of_copy_in_memory(void **state)
 {
     struct scratch *s = *state;
-    if (!scratch_in_memory("/dev/shm") || scratch_in_memory(".")) skip();
-    char *copy = format_text("/dev/shm/farm-test-%ld.journal", (long)getpid());
-    struct journal *journal = move_twice(s, copy);
-    journal_remove_original(journal);
-    assert_string_equal(journal_original(journal), PATH);
-    journal_remove(journal);
-    free(copy);
-    check_resume(s, 2, 0, 2);
+    static const struct {
+        long original, copy;
+        bool stays;
+    } cases[] = {{EXT4_SUPER_MAGIC, TMPFS_MAGIC, true},
+                 {EXT4_SUPER_MAGIC, RAMFS_MAGIC, true},
+                 {TMPFS_MAGIC, RAMFS_MAGIC, false},
+                 {RAMFS_MAGIC, TMPFS_MAGIC, false},
+                 {TMPFS_MAGIC, EXT4_SUPER_MAGIC, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct journal *journal = move_twice(s, "twice.journal");
+        kind_at_path = cases[i].original;
+        kind_elsewhere = cases[i].copy;
+        journal_remove_original(journal);
+        kind_at_path = 0;
+        assert_true((journal_original(journal) != NULL) == cases[i].stays);
+        journal_remove(journal);
+        if (cases[i].stays)
+            check_resume(s, 2, 0, 2);
+        else
+            assert_int_equal(access(PATH, F_OK), -1);
+    }
 }
 
 static blkcnt_t blocks_of(const char *path)
@@ -554,20 +581,6 @@ static bool can_reserve(void)
     close(file);
     unlink("reserved");
     return can;
-}
-
-/* Where both are in memory, the copy is worth as much. */
-static void test_both_in_memory(void **state)
-{
-    struct scratch *s = *state;
-    char folder[] = "/dev/shm/farm-test-XXXXXX";
-    if (!scratch_in_memory("/dev/shm")) skip();
-    assert_true(mkdtemp(folder) && chdir(folder) == 0);
-    struct journal *journal = move_twice(s, "twice.journal");
-    journal_remove_original(journal);
-    assert_null(journal_original(journal));
-    journal_remove(journal);
-    assert_int_equal(chdir(s->folder) + rmdir(folder), 0);
 }
 
 /* Room is set aside for what comes, and stays while it comes, also where something was cut off before; what is not used
@@ -820,7 +833,6 @@ int main(void)
         cmocka_unit_test(test_original),
         cmocka_unit_test(test_original_stays),
         cmocka_unit_test(test_original_of_copy_in_memory),
-        cmocka_unit_test(test_both_in_memory),
         cmocka_unit_test(test_no_file_stays_open),
     };
     return cmocka_run_group_tests(tests, journal_tests_open, scratch_close);
