@@ -92,6 +92,27 @@ static void test_what_is_not_finished(void **state)
     farm_close(farm);
 }
 
+/* What a tile is said to have taken so far reaches the queue: its renderer counts as late, and others are to ask again,
+ * as they may take over what it holds. */
+static void test_what_takes_long(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct queue *queue = farm->service.queue;
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    for (uint32_t seconds = 1; seconds <= 1000; seconds += 999) {
+        assert_true(first_held(farm, &tile));
+        uint64_t news = queue_news(queue);
+        write_part(&tile, (struct result_header){.pixels = RESULT_UNFINISHED, .busy_s = seconds});
+        arrive(farm);
+        assert_int_equal(queue_news(queue) != news, seconds == 1000);
+        write_part(&tile, (struct result_header){.pixels = 16, .busy_s = seconds});
+        arrive(farm);
+    }
+    farm_close(farm);
+}
+
 /* The tray of renderer 1, until take_tray(). */
 static struct tray *give_tray(struct farm *farm)
 {
@@ -339,6 +360,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_answers_are_counted),
         cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_what_takes_long),
         cmocka_unit_test(test_answer_in_a_tray),
         cmocka_unit_test(test_goodbye),
         cmocka_unit_test(test_waits_are_counted),
