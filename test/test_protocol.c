@@ -106,6 +106,9 @@ static void test_renderer_stats_add(void **state)
     assert_true(stats.busy_s == 9 && stats.cpu_s == 3 && stats.finish_s == 5);
     renderer_stats_add(&stats, &tile, &(struct result_header){.pixels = RESULT_DROPPED});
     assert_true(stats.finish_s == 5);
+    header = (struct result_header){.pixels = 8, .start_s = 6, .busy_s = 1e-6};
+    renderer_stats_add(&stats, &tile, &header);
+    assert_true(stats.finish_s == 6 + 1e-6);
 }
 
 static void test_tile_good(void **state)
@@ -113,6 +116,7 @@ static void test_tile_good(void **state)
     (void)state;
     assert_true(tile_ok(good_tile));
     assert_true(tile_ok((struct tile){.w = WIDTH, .h = HEIGHT, .step = 1}));
+    assert_true(tile_ok((struct tile){.x = WIDTH - 1, .y = HEIGHT - 1, .w = 1, .h = 1, .step = 1}));
     /* A processor's share may be empty of all but one pixel. */
     assert_true(tile_ok((struct tile){.w = WIDTH, .h = HEIGHT, .step = 9000, .phase = 5999}));
 }
