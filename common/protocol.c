@@ -62,7 +62,7 @@ void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
 
 static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
 {
-    return count >= 1 && first < size && count <= size - first;
+    return first < size && count <= size - first;
 }
 
 bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height)
@@ -70,6 +70,7 @@ bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height
     if (!span_inside(tile->x, tile->w, width) || !span_inside(tile->y, tile->h, height))
         return false;
     uint64_t area = (uint64_t)tile->w * tile->h;
+    /* No phase is valid for a tile without pixels. */
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
     /* Up to this step, tile_pixels() cannot overflow. */
     return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS;
