@@ -172,6 +172,17 @@ static void test_forecast_to_a_goal(void **state)
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 
+/* By how much the error is known to be off, the slope is off, too, the less the longer the run goes on. */
+static void test_forecast_of_an_uncertain_error(void **state)
+{
+    (void)state;
+    struct error_point now = {.seconds = 4, .rmse = 0.01};
+    double known = error_forecast_to(&now, 0.005, 32).slope_spread;
+    now.log_spread = 0.5;
+    double spread = error_forecast_to(&now, 0.005, 32).slope_spread;
+    assert_close(spread, hypot(known, 0.5 / log(36.0 / 4)), 1e-12);
+}
+
 /* If next to nothing is still to come, the uncertainty is that of times from run to run; if much is, it does not
  * change. */
 static void test_forecast_scatters(void **state)
@@ -430,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_all_looks_together),
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
+        cmocka_unit_test(test_forecast_of_an_uncertain_error),
         cmocka_unit_test(test_forecast_scatters),
         cmocka_unit_test(test_forecast_of_even_samples),
         cmocka_unit_test(test_seconds_of_samples),
