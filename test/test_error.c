@@ -201,6 +201,13 @@ static void test_forecast_scatters(void **state)
     forecast_set_scatter(&forecast, 0.3);
     forecast_seconds(&forecast, 0.005, &low, &high);
     assert_true(low == before_low && high == before_high);
+    /* A second more, whose uncertainty is that from run to run, to both sides. */
+    now.log_spread = 1e-9;
+    forecast = error_forecast_to(&now, 0.005, 1);
+    forecast_set_scatter(&forecast, 0.5);
+    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 5, 1e-9);
+    assert_close(low, 5 - forecast.scatter, 1e-9);
+    assert_close(high, 5 + forecast.scatter, 1e-9);
 }
 
 /* A number so large that numbers which are no powers of two are as good as any. */
@@ -322,15 +329,17 @@ static void test_forecasts_scatter_as_told(void **state)
 {
     (void)state;
     enum { RUNS = 4000 };
-    const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}}, spread = 0.01;
+    const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}}, spreads[2] = {0.01, 0.005};
     for (int i = 0; i < 3; i++) {
         double goal = error_of(parts[i], 40), sum = 0, squares = 0, low, high;
-        struct error_forecast told = forecast_at(parts[i], spread, 40);
+        const struct error_point exact[2] = {{1, error_of(parts[i], 8), spreads[0]},
+                                             {2, error_of(parts[i], 16), spreads[1]}};
+        struct error_forecast told = error_forecast(exact, MANY, goal);
         double seconds = forecast_seconds(&told, goal, &low, &high), times = log(seconds / 2);
         for (int run = 0; run < RUNS; run++) {
             const struct error_point points[2] = {
-                {1, error_of(parts[i], 8) * exp(spread * normal()), spread},
-                {2, error_of(parts[i], 16) * exp(spread * normal()), spread}};
+                {1, exact[0].rmse * exp(spreads[0] * normal()), spreads[0]},
+                {2, exact[1].rmse * exp(spreads[1] * normal()), spreads[1]}};
             struct error_forecast forecast = error_forecast(points, MANY, goal);
             double off = log(forecast_seconds(&forecast, goal, &low, &high) / seconds);
             sum += off;
@@ -365,6 +374,22 @@ static void test_slopes_are_usual_until_known(void **state)
     }
 }
 
+/* Where only one of both errors is uncertain, it is that one which is moved to the usual slope. */
+static void test_the_uncertain_error_is_moved(void **state)
+{
+    (void)state;
+    const double seen = exp2(0.6), usual = exp2(FORECAST_SLOPE);
+    for (int uncertain = 0; uncertain < 2; uncertain++) {
+        struct error_point points[2] = {{1, seen, 1e-6}, {2, 1, 1e-6}};
+        points[uncertain].log_spread = 1e3;
+        double moved = error_forecast(points, 4, 0.25).samples;
+        points[0].rmse = uncertain ? seen : usual;
+        points[1].rmse = uncertain ? seen / usual : 1;
+        points[uncertain].log_spread = 1e-6;
+        assert_true(error_forecast(points, 4, 0.25).samples == moved);
+    }
+}
+
 /* If both errors may be equal, the time has no upper bound, but a lower one. */
 static void test_forecast_without_an_end(void **state)
 {
@@ -373,8 +398,10 @@ static void test_forecast_without_an_end(void **state)
     struct error_forecast forecast = error_forecast(points, 4, 0.005);
     double low, high;
     assert_true(forecast.known);
-    assert_true(forecast_seconds(&forecast, 0.005, &low, &high) < HUGE_VAL);
-    assert_true(high == HUGE_VAL && low > 50); /* as where both are off to the steep side */
+    double seconds = forecast_seconds(&forecast, 0.005, &low, &high);
+    assert_true(seconds < HUGE_VAL);
+    assert_true(high == HUGE_VAL && low > 50 &&
+                low < seconds); /* as where both are off to the steep side */
 }
 
 static void test_no_forecast(void **state)
@@ -407,6 +434,7 @@ static void test_goals_are_round(void **state)
     assert_close(forecast_goal(0.11), 0.05, 1e-15);
     assert_close(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */
     assert_close(forecast_goal(1), 0.5, 1e-15);
+    assert_true(forecast_goal(4.1) == 2 && forecast_goal(30) == 15 && forecast_goal(1400) == 700);
 }
 
 static void test_csv(void **state)
@@ -450,6 +478,7 @@ int main(void)
         cmocka_unit_test(test_point),
         cmocka_unit_test(test_forecasts_scatter_as_told),
         cmocka_unit_test(test_slopes_are_usual_until_known),
+        cmocka_unit_test(test_the_uncertain_error_is_moved),
         cmocka_unit_test(test_forecast_without_an_end),
         cmocka_unit_test(test_no_forecast),
         cmocka_unit_test(test_goals_are_round),
