@@ -81,9 +81,11 @@ static void test_shared_cores_report_nothing(void **state)
     crowd_free(&crowd);
 }
 
-/* The core of a renderer that has finished its tiles is free for others at once. */
+/* The core of a renderer that has finished its tiles is free for others at once, until one of them gets a tile. */
 static void test_finished_leaves_a_core(void **state)
 {
+    const struct tile more = {.w = 16, .h = 16, .step = 1, .pass = 1};
+    struct tile lot[LOT_TILES];
     (void)state;
     struct crowd crowd = crowd_on_two_cores();
     struct queue_config config = four;
@@ -92,6 +94,9 @@ static void test_finished_leaves_a_core(void **state)
     assert_int_equal(queue_idle_cores(queue), 0);
     queue_finish(queue, 0, queue->holdings.holds[queue->holdings.holders[0].first].id, 1e-3, 1e-3);
     assert_int_equal(queue_idle_cores(queue), 1);
+    queue_add(queue, &more, 256, 1);
+    assert_true(queue_next(queue, 3, 1e-3, lot) > 0);
+    assert_int_equal(queue_idle_cores(queue), 0);
     queue_destroy(queue);
     crowd_free(&crowd);
 }

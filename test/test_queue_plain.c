@@ -241,6 +241,7 @@ static void test_silent(void **state)
         for (size_t i = 0; i < sizeof seen; i++)
             assert_int_equal(seen[i], 1);
         assert_int_equal(queue_count(queue).repeated, 2);
+        assert_false(queue_has_recalls(queue)); /* messages to it would pile up */
         queue_set_silent(queue, 1, false);
         assert_false(queue_finish(queue, 1, first.id, 0, 0));
         assert_true(queue_is_recalled(queue, 1, second.id));

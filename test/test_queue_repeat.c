@@ -235,6 +235,29 @@ static void test_finished_copy_is_told(void **state)
     }
 }
 
+/* Of three renderers that hold the same tile, the first one finishes it: both others are told, and count as idle, not as
+ * late, when they have dropped it. */
+static void test_all_copies_are_told(void **state)
+{
+    (void)state;
+    struct queue *queue = begin_row(4);
+    uint32_t id = give_row(queue, 0, 1, 2), told = 0;
+    assert_int_equal(ask(queue, 1, 2.4), id);
+    assert_int_equal(ask(queue, 2, 4), id); /* 1 is late, too */
+    struct recall recall;
+    while (queue_next_recall(queue, &recall))
+        assert_false(recall.finished);
+    assert_int_equal(queue_finish(queue, 0, id, 4.1, 1), ANSWER_COUNTS);
+    for (; queue_next_recall(queue, &recall); told += 1u << recall.renderer)
+        assert_true(recall.finished && recall.id == id);
+    assert_int_equal(told, 1u << 1 | 1u << 2);
+    queue_drop(queue, 1, id, 4.2, 0);
+    assert_true(queue->pace.overdue_count == 0 && queue->pace.holders == 1);
+    queue_drop(queue, 2, id, 4.2, 0);
+    assert_int_equal(queue->pace.holders, 0);
+    queue_destroy(queue);
+}
+
 /* Tiles that a late renderer has not begun are passed on whole, even while another renderer is overdue for longer. */
 static void test_unbegun_is_not_broken_up(void **state)
 {
@@ -405,6 +428,7 @@ int main(void)
         cmocka_unit_test(test_busy_do_not_help),
         cmocka_unit_test(test_idle_take_what_was_just_given),
         cmocka_unit_test(test_finished_copy_is_told),
+        cmocka_unit_test(test_all_copies_are_told),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
         cmocka_unit_test(test_late_within_a_lot),
