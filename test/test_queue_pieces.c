@@ -288,8 +288,10 @@ static uint32_t pieces_of_overdue(double lots)
         .width = 2048, .height = 2048, .renderers = 4, .tile_edge = 64};
     struct queue *queue = queue_create(&config);
     struct tile held[LOT_TILES], lot[LOT_TILES];
-    assert_true(queue_next(queue, 0, 0, held) == 1 && tile_pixels(&held[0]) == 64 * 64);
-    assert_true(queue_next(queue, 1, 0, lot) == 1 && queue_finish(queue, 1, lot[0].id, 1, 1e-3));
+    const double start = 1e9;
+    assert_true(queue_next(queue, 0, start, held) == 1 && tile_pixels(&held[0]) == 64 * 64);
+    assert_true(queue_next(queue, 1, start, lot) == 1);
+    assert_true(queue_finish(queue, 1, lot[0].id, start + 1, 1e-3));
     serve_for(queue, 1e6); /* the shortest lot takes far longer than all the rest */
     queue_look(queue, 1e12);
     const struct pace *pace = &queue->pace;

@@ -243,10 +243,12 @@ static void test_all_copies_are_told(void **state)
     struct queue *queue = begin_row(4);
     uint32_t id = give_row(queue, 0, 1, 2), told = 0;
     assert_int_equal(ask(queue, 1, 2.4), id);
+    assert_true(queue_has_recalls(queue));
     assert_int_equal(ask(queue, 2, 4), id); /* 1 is late, too */
     struct recall recall;
     while (queue_next_recall(queue, &recall))
         assert_false(recall.finished);
+    assert_false(queue_has_recalls(queue));
     assert_int_equal(queue_finish(queue, 0, id, 4.1, 1), ANSWER_COUNTS);
     for (; queue_next_recall(queue, &recall); told += 1u << recall.renderer)
         assert_true(recall.finished && recall.id == id);
