@@ -243,8 +243,7 @@ static double expected_seconds(const struct queue *queue, uint32_t renderer, uin
 static bool can_repeat(const struct queue *queue, uint32_t renderer, const struct hold *hold)
 {
     const struct item *item = &queue->items[hold->id];
-    bool can_break = item->pieces == 0 && area(item) > 1;
-    return can_break || item->copies <= 1 || queue->pace.renderers[renderer].is_overdue;
+    return area(item) > 1 || item->copies <= 1 || queue->pace.renderers[renderer].is_overdue;
 }
 
 /* The tile that the first renderer in the heap has begun and that can be given to others. Renderers whose tile cannot

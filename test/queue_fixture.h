@@ -102,7 +102,7 @@ static inline void assert_sum(double value, double expected, double all)
 }
 
 /* The queue knows of each renderer how many lots it has, and how many tiles it may still pass on to others, which are
- * not finished. It has no tile twice. None are taken from one that is not late. */
+ * neither finished nor broken up. It has no tile twice. None are taken from one that is not late. */
 static inline void check_holders(const struct queue *queue)
 {
     const struct holdings *holdings = &queue->holdings;
@@ -111,9 +111,11 @@ static inline void check_holders(const struct queue *queue)
         uint32_t count = 0, open = 0, lots = 0, lot = 0;
         for (uint32_t i = holder->first; i != HOLD_NONE; i = holdings->holds[i].next) {
             const struct hold *hold = &holdings->holds[i];
-            open += hold->may_pass && !hold->recalled;
+            const struct item *item = &queue->items[hold->id];
+            bool is_open = hold->may_pass && !hold->recalled;
+            open += is_open;
             assert_ptr_equal(holdings_find(holdings, renderer, hold->id), hold);
-            assert_true(!hold->may_pass || hold->recalled || !queue->items[hold->id].finished);
+            assert_true(!is_open || (!item->finished && item->pieces == 0));
             lots += count++ == 0 || hold->lot != lot;
             lot = hold->lot;
         }

@@ -164,6 +164,20 @@ static void test_idle_wait_for_others(void **state)
     queue_destroy(queue);
 }
 
+/* A tile that was passed on from a late renderer is passed on once more only when the other one is late, too. */
+static void test_two_copies_are_enough(void **state)
+{
+    (void)state;
+    struct queue *queue = begin_row(3);
+    uint32_t id = give_row(queue, 0, 3, 2), other = give_row(queue, 2, 3, 2.1);
+    assert_int_equal(ask(queue, 1, 5), id);
+    assert_true(queue_finish(queue, 2, other, 5.1, 1));
+    assert_int_equal(ask(queue, 2, 6.3), UINT32_MAX);
+    assert_true(queue->pace.renderers[1].free_at < 6.3 && queue->pace.overdue_count == 1);
+    assert_int_equal(ask(queue, 2, 8), id);
+    queue_destroy(queue);
+}
+
 /* What a tile is known to have taken, its pieces are predicted from: here 8 s in place of 1. */
 static void test_help_with_what_is_known(void **state)
 {
@@ -186,6 +200,7 @@ static void test_busy_do_not_help(void **state)
     give_row(queue, 0, 3, 2);
     give_row(queue, 1, 3, 2.9);
     assert_int_equal(ask(queue, 1, 3.1), UINT32_MAX);
+    assert_int_equal(queue->waiting.count, 0); /* nor does it break anything up */
     assert_true(ask(queue, 2, 3.1) != UINT32_MAX);
     queue_destroy(queue);
 }
@@ -426,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_idle_pass_over_a_pixel),
         cmocka_unit_test(test_idle_help_the_last),
         cmocka_unit_test(test_idle_wait_for_others),
+        cmocka_unit_test(test_two_copies_are_enough),
         cmocka_unit_test(test_help_with_what_is_known),
         cmocka_unit_test(test_busy_do_not_help),
         cmocka_unit_test(test_idle_take_what_was_just_given),
