@@ -86,6 +86,8 @@ static void test_takes_long(void **state)
         assert_true(report_after < rest / 4);
         queue_takes_long(queue, 1, first, 2e-3, seconds);
         assert_int_equal(queue->pace.renderers[1].is_overdue, !early);
+        if (!early) /* since when it should have been done */
+            assert_sum(queue->pace.renderers[1].free_at, 2e-3 - seconds + predicted, seconds);
         uint32_t count = queue_next(queue, 2, 2e-3, tiles);
         assert_true(count >= 3);
         for (uint32_t i = 0; i < 3; i++)
@@ -98,6 +100,36 @@ static void test_takes_long(void **state)
         assert_false(queue->pace.renderers[1].is_overdue);
         queue_destroy(queue);
     }
+}
+
+/* A renderer has two lots at most. */
+static void test_two_lots(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    uint32_t counts[4];
+    struct queue *queue = begin_many(lots, counts);
+    assert_false(queue_is_full(queue, 0));
+    assert_true(queue_next(queue, 0, 0, tiles) > 0 && queue_is_full(queue, 0));
+    assert_int_equal(queue_next(queue, 0, 0, tiles), 0);
+    finish_part(queue, 0, lots[0], 0, counts[0]);
+    assert_true(queue_next(queue, 0, 1e-3, tiles) > 0);
+    queue_destroy(queue);
+}
+
+/* When a renderer has become late, those that asked before and got nothing are to ask again. */
+static void test_late_is_news(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 0);
+    for (int late = 0; late <= 1; late++) {
+        uint64_t news = queue_news(queue);
+        assert_true(queue_next(queue, 2 + (uint32_t)late, late ? 0.5 : 2e-3, tiles) > 0);
+        assert_int_equal(queue->pace.overdue_count > 0, late);
+        assert_int_equal(queue_news(queue) != news, late);
+    }
+    queue_destroy(queue);
 }
 
 /* Answers may be left unread for a while when all renderers have work or have been given up for late, but not while one
@@ -169,6 +201,8 @@ int main(void)
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_own_renderer_leaves_the_end),
         cmocka_unit_test(test_takes_long),
+        cmocka_unit_test(test_two_lots),
+        cmocka_unit_test(test_late_is_news),
         cmocka_unit_test(test_calm),
         cmocka_unit_test(test_who_tells),
         cmocka_unit_test(test_late_with_probes),

@@ -112,6 +112,28 @@ static void test_pieces_of_a_piece_stay(void **state)
     queue_destroy(queue);
 }
 
+/* Nor are pieces of a tile of which one has been handed out: it would be rendered in vain. */
+static void test_pieces_in_work_stay(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES];
+    assert_true(queue_next(queue, 0, 0, lot) > 0);
+    uint32_t whole = lot[0].id, count, pieces = 0;
+    assert_true(pieces_make(queue, whole, 4, 0));
+    while (pieces == 0) {
+        count = queue_next(queue, 1, 0, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++) {
+            pieces += queue->items[lot[i].id].is_piece;
+            if (!queue->items[lot[i].id].is_piece) queue_finish(queue, 1, lot[i].id, 0, 1e-4);
+        }
+    }
+    queue_withdraw(queue);
+    assert_int_equal(queue->items[whole].pieces, 4);
+    queue_destroy(queue);
+}
+
 /* The queue does not wait for a renderer that has stopped while it held tiles that are withdrawn. */
 static void test_withdraw_from_stopped(void **state)
 {
@@ -124,6 +146,11 @@ static void test_withdraw_from_stopped(void **state)
     while (!queue->settled || queue_tile_count(queue, 2) == 0)
         take_turn(queue, 3, &seed, now += 1e-6, seen); /* nobody is late yet */
     queue_withdraw(queue);
+    queue_look(queue,
+               now); /* which takes out nothing that a renderer has begun and may still finish */
+    const struct holdings *holdings = &queue->holdings;
+    uint32_t begun = holdings->holds[holdings->holders[2].first].id;
+    assert_false(queue->items[begun].replaced);
     assert_false(queue_complete(queue) || queue->pace.renderers[2].is_overdue);
     for (int i = 0; i < 10000 && !queue_complete(queue); i++) {
         take_turn(queue, 2, &seed, now += 1e-3, seen);
@@ -131,7 +158,7 @@ static void test_withdraw_from_stopped(void **state)
     }
     assert_true(queue_complete(queue) && queue_tile_count(queue, 2) > 0);
     /* Should it go on, it is to give up the tile, begun or not. */
-    uint32_t id = queue->holdings.holds[queue->holdings.holders[2].last].id;
+    uint32_t id = holdings->holds[holdings->holders[2].last].id;
     assert_true(queue->items[id].pass == 0 && queue->items[id].replaced);
     assert_int_equal(told_finished(queue, 2, id), 1);
     check_sums(queue);
@@ -171,6 +198,7 @@ static void test_probes_end(void **state)
         for (uint32_t turn = 0; !queue_complete(queue); turn++) {
             take_turn(queue, 3, &seed, now += 1e-3, seen);
             assert_true(turn < 100000 && probes_out(queue) <= out);
+            assert_true(queue->settled || queue->map.blocks_known == 0);
             for (uint32_t i = given; !knew && i < queue->map.probes; i++) {
                 uint64_t id = (uint64_t)i * queue->probe_stride % queue->map.probes;
                 assert_int_equal(queue->items[queue->first_probe + id].copies, 0);
@@ -191,6 +219,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_withdraw),
         cmocka_unit_test(test_pieces_of_a_piece_stay),
+        cmocka_unit_test(test_pieces_in_work_stay),
         cmocka_unit_test(test_withdraw_from_stopped),
         cmocka_unit_test(test_probes_end),
     };
