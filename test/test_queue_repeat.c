@@ -351,6 +351,26 @@ static void test_unbegun_within_a_lot(void **state)
     queue_destroy(queue);
 }
 
+/* Tiles are taken over from the renderer that has most by now, not from the one that got most. */
+static void test_unbegun_of_the_richest(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 64, .height = 64, .renderers = 3, .tile_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile tiles[LOT_TILES];
+    for (uint32_t id = 0; id < 16; id++) {
+        queue_unset_waiting(queue, id);
+        queue_give(queue, id >= 10, id, (double)queue->items[id].work);
+    }
+    holdings_end_lot(&queue->holdings, 0);
+    holdings_end_lot(&queue->holdings, 1);
+    for (uint32_t id = 0; id < 8; id++)
+        assert_true(queue_finish(queue, 0, id, 1e-3, 1e-4));
+    assert_int_equal(queue_next(queue, 2, 1e-3, tiles), 3);
+    assert_true(queue_is_recalled(queue, 1, tiles[0].id));
+    queue_destroy(queue);
+}
+
 /* A late renderer that asks, as it has room for another lot, gets nothing: it may have stopped since, and messages to
  * it would pile up. */
 static void test_late_gets_nothing(void **state)
@@ -451,6 +471,7 @@ int main(void)
         cmocka_unit_test(test_late_in_one_lot),
         cmocka_unit_test(test_late_within_a_lot),
         cmocka_unit_test(test_unbegun_within_a_lot),
+        cmocka_unit_test(test_unbegun_of_the_richest),
         cmocka_unit_test(test_late_gets_nothing),
         cmocka_unit_test(test_answered_is_not_recalled),
         cmocka_unit_test(test_late_behind_a_later_one),

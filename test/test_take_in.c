@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "master/queue_parts.h"
 #include "test/fatal.h"
 #include "test/master_fixture.h"
 
@@ -22,6 +23,7 @@ static void test_answers_are_counted(void **state)
     struct farm *farm = farm_open(&small_tiles);
     const struct renderer_stats *stats = &farm->stats[1];
     struct tile tile;
+    double start = clock_thread_cpu();
     arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0); /* is none */
     hand_out(&farm->server, 1);
     for (uint32_t i = 1; i <= 9; i++) {
@@ -39,6 +41,8 @@ static void test_answers_are_counted(void **state)
     assert_int_equal(render_counts_rays(&farm->served.counts), 3 * 9); /* of which the bar tells */
     assert_true(farm->served.messages == 10 && farm->server.pixels == 16 * 9);
     assert_int_equal(farm->served.answers, 2); /* one of eight is measured */
+    assert_true(farm->served.service_cpu_s > 0);
+    assert_true(farm->served.service_cpu_s <= clock_thread_cpu() - start);
     farm_close(farm);
 }
 
@@ -179,7 +183,11 @@ static void test_waits_are_counted(void **state)
     farm->server.polled_at = clock_wall() - 100;
     assert_true(take_in(&farm->server));
     assert_true(farm->stats[1].tiles == 2 && farm->served.answers == 2);
-    assert_true(farm->served.answer_wait_s >= 200);
+    /* The queue hears what each has taken. */
+    const struct pace_service *service = &farm->service.queue->pace.service;
+    assert_true(service->answers == 1 && service->pixels == 16);
+    assert_true(service->seconds > 0 && service->seconds == farm->served.service_cpu_s / 2);
+    assert_true(farm->served.answer_wait_s >= 200 && farm->served.answer_wait_s < 400);
     assert_true(fabs(farm->served.answer_wait_most_s * 2 - farm->served.answer_wait_s) < 1e-6);
     take_tray(farm);
     farm_close(farm);
