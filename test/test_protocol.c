@@ -235,6 +235,8 @@ static void test_result_of_pass(void **state)
     assert_false(result_message_valid(&header, sizeof header + 3 * 32 - 1, &tile, true));
     header.pixels = 0;
     assert_true(result_message_valid(&header, sizeof header, &tile, true));
+    header.pixels = 16;
+    assert_true(result_message_valid(&header, sizeof header + 16 * 32, &tile, true));
     header.pixels = 17;
     assert_false(result_message_valid(&header, sizeof header + 17 * 32, &tile, true));
     assert_int_equal(tile_part_bytes(&tile), sizeof tile + 32);
@@ -293,6 +295,8 @@ static void test_refinements(void **state)
     refinements[1].from = 3;
     assert_false(refinements_valid(refinements, 3, 5));
     assert_true(refinements_valid(refinements, 1, 5));
+    refinements[0].from = 2;
+    assert_false(refinements_valid(refinements, 1, 5));
 }
 
 static void test_stats(void **state)
