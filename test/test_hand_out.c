@@ -41,6 +41,28 @@ static void test_who_calls(void **state)
     check_calls(SCHEDULE_STRIPS, NAP_CALL, true); /* nobody predicts anything */
 }
 
+/* A lot tells after how long each of its tiles is to be reported. */
+static void test_report_times(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct lot_header header;
+    struct tile tiles[LOT_TILES];
+    float sent_s[LOT_TILES], report_s[LOT_TILES];
+    hand_out(&farm->server, 1);
+    finish_all(&farm->server, 1);
+    hand_out(&farm->server, 1);
+    assert_true(farm->contacts[1].is_full);
+    memcpy(&header, sent.lot, sizeof header);
+    const char *at = sent.lot + sizeof header;
+    memcpy(sent_s, at, header.reports * sizeof *sent_s);
+    memcpy(tiles, at + lot_report_bytes(header.reports), header.reports * sizeof *tiles);
+    uint32_t count = queue_report_times(farm->service.queue, 1, tiles, header.reports, report_s);
+    assert_true(count > 0 && count == header.reports && report_s[0] > 1);
+    assert_memory_equal(sent_s, report_s, count * sizeof *report_s);
+    farm_close(farm);
+}
+
 /* ---- recalls ---- */
 
 /* How many recalls of this tile were sent, which say that it is finished or else that another renderer has it, too. */
@@ -319,6 +341,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_who_calls),
+        cmocka_unit_test(test_report_times),
         cmocka_unit_test(test_recalls),
         cmocka_unit_test(test_recalls_end),
         cmocka_unit_test(test_trays),
