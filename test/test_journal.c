@@ -441,17 +441,20 @@ static void test_long_moved(void **state)
     check_resume(s, RECORDS, 0, RECORDS);
 }
 
-/* There is no copy where there is no room for it, or if it cannot be brought to the disk; but there is one where it is
- * not known whether there is room. */
+/* There is no copy where there is no room for it, or if it cannot be written or brought to the disk; but there is one
+ * where it is not known whether there is room. */
 static void test_not_moved(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
-    static const int room_errors[] = {ENOSPC, EDQUOT, 0}, sync_errors[] = {0, 0, EIO};
+    static const int room_errors[] = {ENOSPC, EDQUOT, EOPNOTSUPP, 0};
+    static const size_t writes[] = {SIZE_MAX, SIZE_MAX, 0, SIZE_MAX};
+    static const int sync_errors[] = {0, 0, 0, EIO};
     write_journal(s, 2);
     struct journal *journal = open_as(s, PICTURE, &seen);
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < 4; i++) {
         reserve_error = room_errors[i];
+        write_most = writes[i];
         sync_error = sync_errors[i];
         assert_false(journal_move(journal, MOVED, 0));
         assert_int_equal(access(MOVED, F_OK), -1);
