@@ -250,8 +250,8 @@ static void test_finished_copy_is_told(void **state)
     }
 }
 
-/* Of three renderers that hold the same tile, the first one finishes it: both others are told, and count as idle, not as
- * late, when they have dropped it. */
+/* Of three renderers that hold the same tile, the first one finishes it: both others are told, and count as idle, not
+ * as late, when they have dropped it. */
 static void test_all_copies_are_told(void **state)
 {
     (void)state;

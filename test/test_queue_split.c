@@ -48,6 +48,45 @@ static void test_tiles_take_so_long_at_most(void **state)
     assert_int_equal(largest_with(16e-4, true), largest_with(0, true));
 }
 
+/* A tile is also split if its most expensive spot might take more than four times that limit. */
+static void test_worst_cases_are_limited(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 640,
+                                        .height = 320,
+                                        .renderers = 1,
+                                        .tile_edge = 16,
+                                        .probe_edge = 8,
+                                        .most_work = 2};
+    const struct pace_lot any = {HUGE_VAL, HUGE_VAL};
+    struct queue *queue = queue_create(&config);
+    settle_halves(queue, config.width);
+    uint32_t id = agenda_first(&queue->waiting);
+    queue->items[id].work = 1.9f;
+    queue->items[id].worst = 7.9f;
+    assert_false(split_is_due(queue, id, any, false));
+    queue->items[id].worst = 8.1f;
+    assert_true(split_is_due(queue, id, any, false));
+    queue_destroy(queue);
+}
+
+/* No piece is split, as the tile that it is a piece of counts its pieces; nor is any tile when there are as many as
+ * there may be. */
+static void test_what_is_not_split(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
+    struct queue *queue = queue_create(&config);
+    uint32_t id = agenda_first(&queue->waiting);
+    assert_true(split_is_possible(queue, id) && pieces_make(queue, id, 2, 0));
+    uint32_t piece = queue->items[id].first_piece;
+    assert_int_equal(area(&queue->items[piece]), 16 * 8);
+    assert_false(split_is_possible(queue, piece));
+    queue->count.tiles = QUEUE_MAX_TILES;
+    assert_false(split_is_possible(queue, id));
+    queue_destroy(queue);
+}
+
 /* Pixels of the largest tile in the expensive half of the first full lot after the probes. */
 static uint32_t largest_dear(const struct queue_config *config)
 {
@@ -384,6 +423,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tiles_take_so_long_at_most),
+        cmocka_unit_test(test_worst_cases_are_limited),
+        cmocka_unit_test(test_what_is_not_split),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
         cmocka_unit_test(test_known_dear_are_split_further),
