@@ -312,6 +312,52 @@ static void test_strange_neighbour(void **state)
     field_free(field);
 }
 
+/* The error that is inferred from an object in the pixel at x, y, when this channel of those beside it whose bit is set
+ * (of the block of 3 x 3, row by row) was found to be bright, and, with bit 9, that of all that are farther away. */
+static double inferred_at(uint32_t x, uint32_t y, size_t channel, unsigned which, float bright)
+{
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    field->share[y * EDGE + x] = 0.6;
+    run(field, hidden, 0);
+    for (uint32_t v = 0; v < EDGE; v++)
+        for (uint32_t u = 0; u < EDGE; u++) {
+            bool is_near = u + 1 >= x && u <= x + 1 && v + 1 >= y && v <= y + 1;
+            unsigned bit = is_near ? 3 * (v + 1 - y) + u + 1 - x : 9;
+            if (bit != 4 && which >> bit & 1)
+                field->canvas.rgb[3 * (v * EDGE + u) + channel] = bright;
+        }
+    double expected = sum_of(field, hidden).levels[1].expected;
+    hidden_destroy(hidden);
+    field_free(field);
+    return expected;
+}
+
+/* An object is what differs from the mean of the pixels around it, all of which count alike, and no others. */
+static void test_surroundings(void **state)
+{
+    (void)state;
+    static const struct {
+        uint32_t x, y;
+        size_t channel;
+        unsigned around;
+    } places[] = {
+        {30, 40, 0, 0x1ef}, {0, 0, 1, 0x1a0}, {EDGE - 1, EDGE - 1, 2, 0x00b}, {1, 1, 0, 0x1ef}};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        uint32_t x = places[i].x, y = places[i].y;
+        size_t channel = places[i].channel;
+        unsigned around = places[i].around;
+        double none = inferred_at(x, y, channel, 0, 0);
+        double all = inferred_at(x, y, channel, around, 0.125f);
+        assert_true(none > 0 &&
+                    all > none); /* the less it stands out, the less likely it was hit */
+        assert_true(inferred_at(x, y, channel, around | 1u << 9, 0.125f) == all);
+        float sum = 0.125f * (float)__builtin_popcount(around);
+        for (unsigned bit = 0; bit < 9; bit++)
+            if (around >> bit & 1) assert_true(inferred_at(x, y, channel, 1u << bit, sum) == all);
+    }
+}
+
 /* A picture of one pixel, and colours that are not finite. */
 static void test_strange(void **state)
 {
@@ -385,6 +431,7 @@ int main(void)
         cmocka_unit_test(test_never_below_0),
         cmocka_unit_test(test_sums_are_joined),
         cmocka_unit_test(test_strange_neighbour),
+        cmocka_unit_test(test_surroundings),
         cmocka_unit_test(test_strange),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
