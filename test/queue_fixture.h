@@ -125,6 +125,26 @@ static inline void check_holders(const struct queue *queue)
     }
 }
 
+/* The running counts and sums over renderers are what adding them up gives. */
+static inline void check_pace(const struct pace *pace)
+{
+    double speed = 0, holding = 0, until = 0;
+    uint32_t holders = 0, overdue = 0;
+    for (uint32_t i = 0; i < pace->count; i++) {
+        const struct pace_renderer *r = &pace->renderers[i];
+        overdue += r->is_overdue;
+        speed += r->is_overdue ? 0 : r->speed;
+        if (r->is_overdue || !r->holds) continue;
+        holders++;
+        holding += r->speed;
+        until += r->speed * r->free_at;
+    }
+    assert_true(pace->overdue_count == overdue && pace->holders == holders);
+    assert_sum(pace->speed, speed, pace->count);
+    assert_sum(pace->holding, holding, pace->count);
+    assert_sum(pace->holding_until, until, pace->count + fabs(until));
+}
+
 /* The running counts and sums of the queue are what adding up all of its tiles gives. */
 static inline void check_sums(const struct queue *queue)
 {
@@ -155,10 +175,7 @@ static inline void check_sums(const struct queue *queue)
         }
     }
     check_holders(queue);
-    uint32_t overdue = 0;
-    for (uint32_t i = 0; i < queue->config.renderers; i++)
-        overdue += queue->pace.renderers[i].is_overdue;
-    assert_int_equal(queue->pace.overdue_count, overdue);
+    check_pace(&queue->pace);
     assert_int_equal(queue->waiting.count, waiting);
     assert_int_equal(queue->waiting_pixels, waiting_pixels);
     assert_int_equal(queue->count.pixels_finished, finished);

@@ -38,6 +38,18 @@ static void test_service(void **state)
     pace_free(&pace);
 }
 
+/* Where a unit of work takes two seconds, one that is four times as fast takes half a second. */
+static void test_faster_take_less(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 2);
+    pace.scale = 2;
+    pace.renderers[1].speed = 4;
+    assert_true(pace_seconds(&pace, 0, 3) == 6 && pace_seconds(&pace, 1, 3) == 1.5);
+    pace_free(&pace);
+}
+
 /* A lot of one second of work. */
 static void work_once(struct pace *pace, double *now)
 {
@@ -146,11 +158,9 @@ static void test_late(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),
-        cmocka_unit_test(test_longest_lot),
-        cmocka_unit_test(test_partial_answers),
-        cmocka_unit_test(test_calm),
-        cmocka_unit_test(test_calm_of_few_answers),
+        cmocka_unit_test(test_service),     cmocka_unit_test(test_faster_take_less),
+        cmocka_unit_test(test_longest_lot), cmocka_unit_test(test_partial_answers),
+        cmocka_unit_test(test_calm),        cmocka_unit_test(test_calm_of_few_answers),
         cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
