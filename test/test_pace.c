@@ -50,6 +50,37 @@ static void test_faster_take_less(void **state)
     pace_free(&pace);
 }
 
+/* Two renderers answer for one unit of work each, which takes them so many seconds, a hundred times. */
+static void work_both(struct pace *pace, double *now, double first_s, double second_s)
+{
+    for (int i = 0; i < 100; i++) {
+        pace_given(pace, 0, *now, 1);
+        pace_given(pace, 1, *now, 1);
+        *now += fmax(first_s, second_s);
+        pace_answered(pace, 0, *now, 1, first_s, false);
+        pace_answered(pace, 1, *now, 1, second_s, false);
+    }
+}
+
+/* The speed of a renderer is measured by what its answers take it, in terms of the mean of all, and by the last ones
+ * more than by the first ones. */
+static void test_speeds(void **state)
+{
+    (void)state;
+    struct pace pace;
+    double now = 0;
+    pace_init(&pace, 2);
+    pace.total = 1000;
+    work_both(&pace, &now, 1, 3);
+    assert_near(pace.renderers[0].speed, 2, 0.05);
+    assert_near(pace.renderers[1].speed, 2.0 / 3, 0.05);
+    work_both(&pace, &now, 3, 1);
+    double mean = 2; /* seconds of both, over all answers */
+    assert_true(pace.renderers[0].speed < 1 && pace.renderers[0].speed > mean / 3);
+    assert_true(pace.renderers[1].speed > 1 && pace.renderers[1].speed < mean / 1);
+    pace_free(&pace);
+}
+
 /* A lot of one second of work. */
 static void work_once(struct pace *pace, double *now)
 {
@@ -158,9 +189,13 @@ static void test_late(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),     cmocka_unit_test(test_faster_take_less),
-        cmocka_unit_test(test_longest_lot), cmocka_unit_test(test_partial_answers),
-        cmocka_unit_test(test_calm),        cmocka_unit_test(test_calm_of_few_answers),
+        cmocka_unit_test(test_service),
+        cmocka_unit_test(test_faster_take_less),
+        cmocka_unit_test(test_speeds),
+        cmocka_unit_test(test_longest_lot),
+        cmocka_unit_test(test_partial_answers),
+        cmocka_unit_test(test_calm),
+        cmocka_unit_test(test_calm_of_few_answers),
         cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
