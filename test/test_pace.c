@@ -81,6 +81,36 @@ static void test_speeds(void **state)
     pace_free(&pace);
 }
 
+/* A first answer counts as much as an average lot at the speed of 1 that is assumed before: 2 s here. */
+static void test_first_answer(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 2);
+    pace_given(&pace, 0, 0, 1);
+    pace_given(&pace, 1, 0, 1);
+    pace_answered(&pace, 0, 3, 1, 1, false);
+    pace_answered(&pace, 1, 3, 1, 3, false);
+    assert_near(pace.renderers[1].speed, (2 + 2) / (2 + 3.0), 1e-9);
+    pace_free(&pace);
+}
+
+/* A renderer that has enough to do until all will be done gets no more of it. */
+static void test_enough_until_the_end(void **state)
+{
+    (void)state;
+    struct pace pace;
+    double now = 0;
+    pace_init(&pace, 2);
+    pace.total = 100;
+    work_both(&pace, &now, 1, 1);
+    pace_given(&pace, 0, now, 10);
+    assert_near(pace_even_end(&pace, now, 4), (4 + 10) / 2.0, 1e-9);
+    assert_true(pace_lot(&pace, 0, now, 4).work == 0 && pace_lot(&pace, 1, now, 4).work > 0);
+    assert_true(pace_lot(&pace, 0, now, 40).work > 0);
+    pace_free(&pace);
+}
+
 /* A lot of one second of work. */
 static void work_once(struct pace *pace, double *now)
 {
@@ -192,6 +222,8 @@ int main(void)
         cmocka_unit_test(test_service),
         cmocka_unit_test(test_faster_take_less),
         cmocka_unit_test(test_speeds),
+        cmocka_unit_test(test_first_answer),
+        cmocka_unit_test(test_enough_until_the_end),
         cmocka_unit_test(test_longest_lot),
         cmocka_unit_test(test_partial_answers),
         cmocka_unit_test(test_calm),
