@@ -145,7 +145,7 @@ INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BU
     test_rough_triangles test_tree))
 UNITS  += $(INSIDE)
 INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))
-STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c \
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/scenes.c bench/stability_*.c bench/pictures*.c \
     test/reference*.c))
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
@@ -225,7 +225,7 @@ $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c bench/balance_costs*.c)) \
     $(addprefix $(BUILD)/bench/balance_,events.o passes.o record.o stage.o trace.o) \
-    $(BUILD)/bench/report_values.o $(BUILD)/bench/median.o
+    $(addprefix $(BUILD)/bench/,median.o report_values.o scenes.o)
 
 # Tests that compare with numbers of arbitrary precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
@@ -270,7 +270,8 @@ bench-error-truncation: $(BUILD)/bench/error_truncation all
 # Compares the kernel with Embree, Tachyon and POV-Ray, on one thread each; takes about a quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" is shorter.
 BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
-              bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c)
+              bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c \
+              bench/scenes.c)
 EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
 EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
 
@@ -280,7 +281,7 @@ $(EMBREE): FLAGS += -O3 -march=native -ffast-math -fno-finite-math-only -ffp-con
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
 	$(call link,$(LIBS))
 
-$(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
+$(BUILD)/bench/kernel_embree: $(EMBREE) $(BUILD)/bench/scenes.o $(LIBRARY)
 	$(call link,$(LIBS) $(EMBREE_LIBRARY))
 
 bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
@@ -295,7 +296,7 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 # for more; bench/error.sh has all of them.
 ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_fields.c \
               bench/error_lattice.c bench/error_scale.c bench/kernel_export.c bench/kernel_picture.c \
-              bench/kernel_scenes.c)
+              bench/kernel_scenes.c bench/scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 	$(call link,$(LIBS))
@@ -343,7 +344,7 @@ bench-faults: $(FAULTS) all
 # How the work is distributed. Takes some 20 minutes of two idle cores. BALANCE_OPTIONS="--only real,model" runs the
 # parts that need a quiet machine, and keeps the results of the others.
 BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)) \
-           bench/median.c bench/report_values.c)
+           bench/median.c bench/report_values.c bench/scenes.c)
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
 	$(call link,$(LIBS))

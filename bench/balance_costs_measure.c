@@ -170,7 +170,7 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
     /* Uniformly sampled, whatever the scene says. */
     char *count = format_text("sampling.samples=%u", samples);
     stage_open(&stage, config, width, height,
-               (char *[]){count, "sampling.target_error=0", "sampling.time_limit=0"}, 3);
+               (const char *[]){count, "sampling.target_error=0", "sampling.time_limit=0"}, 3);
     free(count);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
     float *rgb = allocate(3 * (size_t)width * height, sizeof *rgb);

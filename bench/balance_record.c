@@ -153,9 +153,9 @@ void record_make(struct record *record, const char *config, uint32_t width, uint
     struct canvas canvas;
     uint64_t pixels, samples;
     char *goal = format_text("sampling.target_error=%.17g", target);
-    stage_open(&it.stage, config, width, height, (char *[]){goal}, 1);
+    stage_open(&it.stage, config, width, height, (const char *[]){goal}, 1);
     free(goal);
-    *record = (struct record){.view = it.stage.view, .target = target};
+    *record = (struct record){.view = it.stage.scene->view, .target = target};
     canvas_init(&canvas, width, height);
     it.adaptive = adaptive_create(&record->view, &canvas, target);
     do

@@ -12,13 +12,12 @@ struct stage {
     struct scene *scene;
     void *bvh;
     struct renderer *renderer;
-    struct view view;
 };
 
 /* Loads config at this size, with these further settings: `count` texts such as "sampling.samples=4". Ends the program
  * when that fails. stage_close() frees all. */
 void stage_open(struct stage *stage, const char *config, uint32_t width, uint32_t height,
-                char *const settings[], size_t count);
+                const char *const settings[], size_t count);
 void stage_close(struct stage *stage);
 
 #endif

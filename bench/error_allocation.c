@@ -216,7 +216,7 @@ static void put_row(const char *name, const struct pixel *pixels, uint32_t count
 
 void allocation_measure(struct scene *scene, const char *name, uint32_t about)
 {
-    struct bvh *bvh = lattice_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     struct lattice lattice = lattice_create(&scene->view, about ? about : ALLOCATION_PIXELS);
     struct block *blocks = allocate_zeroed(lattice.count, sizeof *blocks);
     render_runs(scene, bvh, &lattice, blocks);

@@ -27,13 +27,6 @@ void lattice_free(struct lattice *lattice)
     free(lattice->blocks);
 }
 
-struct bvh *lattice_tree(const struct scene *scene)
-{
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    if (!memory) fatal("no memory for a tree");
-    return bvh_build(scene, memory, 1);
-}
-
 void lattice_renumber(struct view *view)
 {
     view->width += 2 * view->region_w;
@@ -74,7 +67,7 @@ void lattice_compare(struct scene *scene, uint32_t pixels, uint32_t samples,
 {
     lattice_renumber(&scene->view);
     scene->view.min_samples = scene->view.max_samples = samples;
-    struct bvh *bvh = lattice_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     struct renderer *renderer = renderer_create(scene, bvh);
     struct lattice lattice = lattice_create(&scene->view, pixels);
     struct square_sum *sums = allocate_zeroed(count, sizeof *sums);

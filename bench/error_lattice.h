@@ -3,9 +3,9 @@
 #ifndef FARM_BENCH_ERROR_LATTICE_H
 #define FARM_BENCH_ERROR_LATTICE_H
 
+#include "bench/scenes.h"
 #include "common/tile.h"
 #include "master/canvas.h"
-#include "worker/bvh.h"
 
 /* Size of a block in pixels, which are rendered together, as neighbours in a picture are. */
 #define LATTICE_BLOCK_W 4u
@@ -21,9 +21,6 @@ struct lattice {
  * least 1) together. Freed by lattice_free(). */
 struct lattice lattice_create(const struct view *view, uint32_t pixels);
 void lattice_free(struct lattice *lattice);
-
-/* Builds the scene's tree, in one block of memory that the caller frees. */
-struct bvh *lattice_tree(const struct scene *scene);
 
 /* Makes the view the same part of a picture that is wider by its region on either side: the same pixels with
  * other random numbers, different ones at each call. */

@@ -2,11 +2,7 @@
 
 #include <math.h>
 
-/* Write access to what the accessors of common/scene.h return as const. */
-static void *writable(struct scene *scene, const struct scene_span *span)
-{
-    return (char *)scene + span->offset;
-}
+#include "bench/scenes.h"
 
 static double thickness_of_box(const struct box *box)
 {
@@ -38,54 +34,8 @@ static double thinnest(const struct scene *scene)
     return least;
 }
 
-static void scale_point(struct vec3 *point, double by)
-{
-    *point = vec_scale(*point, by);
-}
-
-static void scale_flat(struct scene *scene, double by)
-{
-    struct vec3 *vertices = writable(scene, &scene->vertices);
-    struct plane *planes = writable(scene, &scene->primitives[PRIMITIVE_PLANE]);
-    struct disc *discs = writable(scene, &scene->primitives[PRIMITIVE_DISC]);
-    for (uint64_t i = 0; i < scene->vertices.count; i++)
-        scale_point(&vertices[i], by);
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_PLANE].count; i++)
-        scale_point(&planes[i].point, by);
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_DISC].count; i++) {
-        scale_point(&discs[i].center, by);
-        discs[i].radius *= by;
-    }
-}
-
-static void scale_solids(struct scene *scene, double by)
-{
-    struct sphere *spheres = writable(scene, &scene->primitives[PRIMITIVE_SPHERE]);
-    struct box *boxes = writable(scene, &scene->primitives[PRIMITIVE_BOX]);
-    struct cone *cones = writable(scene, &scene->primitives[PRIMITIVE_CONE]);
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_SPHERE].count; i++) {
-        scale_point(&spheres[i].center, by);
-        spheres[i].radius *= by;
-    }
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_BOX].count; i++) {
-        scale_point(&boxes[i].min, by);
-        scale_point(&boxes[i].max, by);
-    }
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_CONE].count; i++) {
-        scale_point(&cones[i].base, by);
-        scale_point(&cones[i].apex, by);
-        cones[i].base_radius *= by;
-        cones[i].apex_radius *= by;
-    }
-}
-
 void scale_for_peers(struct scene *scene)
 {
     double by = exp2(ceil(-log2(thinnest(scene))));
-    struct light *lights = writable(scene, &scene->lights);
-    scale_point(&scene->view.camera.eye, by);
-    for (uint64_t i = 0; i < scene->lights.count; i++)
-        scale_point(&lights[i].position, by);
-    scale_flat(scene, by);
-    scale_solids(scene, by);
+    scene_move(scene, by, vec3(0, 0, 0));
 }

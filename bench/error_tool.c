@@ -25,9 +25,9 @@
 #include "bench/kernel_export.h"
 #include "bench/kernel_picture.h"
 #include "bench/kernel_scenes.h"
+#include "bench/scenes.h"
 #include "common/message.h"
 #include "common/number.h"
-#include "master/load.h"
 
 static int compare(const char *first, const char *second)
 {
@@ -48,20 +48,9 @@ static int compare(const char *first, const char *second)
     return same ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-/* Loads a scene, which the caller frees; NULL, after saying why, when it cannot. */
-static struct scene *scene_of(const char *config, char **overrides, size_t count)
+static int export(const char *config, const char *out, const char *const *overrides)
 {
-    struct job job;
-    if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return NULL;
-    struct view view = settings_view(&job.settings);
-    struct scene *scene = builder_finish(job.builder, &view);
-    job_free(&job);
-    return scene;
-}
-
-static int export(const char *config, const char *out, char **overrides, size_t count)
-{
-    struct scene *scene = scene_of(config, overrides, count);
+    struct scene *scene = scene_load(config, overrides, REACH_ANYWHERE);
     if (!scene) return EXIT_FAILURE;
     scale_for_peers(scene);
     size_t length = strlen(out);
@@ -73,9 +62,9 @@ static int export(const char *config, const char *out, char **overrides, size_t 
     return EXIT_SUCCESS;
 }
 
-static int allocation(const char *name, const char *config, char **overrides, size_t count)
+static int allocation(const char *name, const char *config, const char *const *overrides)
 {
-    struct scene *scene = scene_of(config, overrides, count);
+    struct scene *scene = scene_load(config, overrides, REACH_ANYWHERE);
     if (!scene) return EXIT_FAILURE;
     allocation_measure(scene, name, 0);
     free(scene);
@@ -91,10 +80,10 @@ static uint32_t whole_count(const char *text, uint32_t steps)
     return count;
 }
 
-static int lattice(char **arguments, char **overrides, size_t count)
+static int lattice(char **arguments, const char *const *overrides)
 {
     uint32_t pixels = whole_count(arguments[1], 1), samples = whole_count(arguments[2], 2);
-    struct scene *scene = scene_of(arguments[0], overrides, count);
+    struct scene *scene = scene_load(arguments[0], overrides, REACH_ANYWHERE);
     if (!scene) return EXIT_FAILURE;
     struct canvas pictures[2] = {0};
     bool good =
@@ -122,15 +111,13 @@ static int fields(const char *count)
 
 int main(int argc, char **argv)
 {
+    const char *const *words = (const char *const *)argv;
     if (argc == 4 && !strcmp(argv[1], "compare")) return compare(argv[2], argv[3]);
     if (argc == 4 && !strcmp(argv[1], "scene"))
         return kernel_scene_write(argv[2], argv[3], 1) ? EXIT_SUCCESS : EXIT_FAILURE;
-    if (argc >= 4 && !strcmp(argv[1], "export"))
-        return export(argv[2], argv[3], argv + 4, (size_t)argc - 4);
-    if (argc >= 4 && !strcmp(argv[1], "allocation"))
-        return allocation(argv[2], argv[3], argv + 4, (size_t)argc - 4);
-    if (argc >= 7 && !strcmp(argv[1], "lattice"))
-        return lattice(argv + 2, argv + 7, (size_t)argc - 7);
+    if (argc >= 4 && !strcmp(argv[1], "export")) return export(argv[2], argv[3], words + 4);
+    if (argc >= 4 && !strcmp(argv[1], "allocation")) return allocation(argv[2], argv[3], words + 4);
+    if (argc >= 7 && !strcmp(argv[1], "lattice")) return lattice(argv + 2, words + 7);
     if (argc == 3 && !strcmp(argv[1], "fields")) return fields(argv[2]);
     fputs("usage: error_tool compare A B | scene FOLDER NAME | export CONFIG OUT [KEY=VALUE ...] | "
           "allocation NAME CONFIG [KEY=VALUE ...] | lattice CONFIG PIXELS SAMPLES A B [KEY=VALUE "

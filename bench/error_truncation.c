@@ -154,7 +154,7 @@ static void run_row(struct scene *scene, const struct bvh *bvh, const struct cla
 static struct summary run_scene(struct scene *scene, const char *name, bool quick, FILE *csv)
 {
     struct summary summary = {0};
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     scene->view.max_depth = DEEP;
     scene->view.cutoff = DEEP_CUTOFF;
     struct claimed deep = render(scene, bvh);

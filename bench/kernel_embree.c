@@ -12,15 +12,14 @@
 #include <xmmintrin.h>
 
 #include "bench/kernel_embree.h"
+#include "bench/scenes.h"
 #include "common/clock.h"
 #include "common/message.h"
-#include "master/load.h"
 
 struct options {
     unsigned primary; /* samples; 0: the whole picture */
     const char *image, *config;
-    char **overrides;
-    size_t override_count;
+    const char *const *overrides;
 };
 
 static _Noreturn void usage(void)
@@ -45,8 +44,7 @@ static struct options parse_options(int argc, char **argv)
     }
     if (i >= argc) usage();
     options.config = argv[i++];
-    options.overrides = &argv[i];
-    options.override_count = (size_t)(argc - i);
+    options.overrides = (const char *const *)&argv[i];
     return options;
 }
 
@@ -81,18 +79,6 @@ static void on_error(void *context, enum RTCError code, const char *text)
     fatal("Embree: error %d: %s", code, text);
 }
 
-static struct scene *load_scene(const struct options *options)
-{
-    struct job job;
-    if (!load_job(options->config, options->overrides, options->override_count, REACH_ANYWHERE,
-                  &job))
-        exit(2);
-    struct view view = settings_view(&job.settings);
-    struct scene *scene = builder_finish(job.builder, &view);
-    job_free(&job);
-    return scene;
-}
-
 static void render_picture(const struct model *model, float *rgb)
 {
     uint64_t rays[KIND_COUNT] = {0};
@@ -118,7 +104,8 @@ static void render_primary(const struct model *model, unsigned samples, float *r
 int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
-    struct scene *scene = load_scene(&options);
+    struct scene *scene = scene_load(options.config, options.overrides, REACH_ANYWHERE);
+    if (!scene) return 2;
     /* As Embree's manual asks: denormal numbers are flushed to zero. */
     _mm_setcsr(_mm_getcsr() | 0x8040);
 

@@ -12,8 +12,8 @@
 
 #include "bench/kernel_report.h"
 #include "bench/kernel_scenes.h"
+#include "bench/scenes.h"
 #include "common/message.h"
-#include "master/load.h"
 
 static _Noreturn void usage(const char *why)
 {
@@ -165,19 +165,16 @@ static void write_dark(const struct bench *bench, const struct kernel_scene *sce
 /* Loads a scene with the settings of the picture: those of add_settings() in kernel_run.c. */
 static struct scene *load_block(const struct bench *bench, const char *config)
 {
-    struct job job;
-    char *settings[] = {format_text("image.width=%u", bench->width),
-                        format_text("image.height=%u", bench->height),
-                        format_text("image.region=0 0 %u %u", bench->width, bench->height),
-                        copy_text("render.max_depth=20"), copy_text("sampling.samples=1")};
-    const size_t count = sizeof settings / sizeof *settings;
-    if (!load_job(config, settings, count, REACH_ANYWHERE, &job))
-        fatal("%s cannot be loaded", config);
-    struct view view = settings_view(&job.settings);
-    struct scene *block = builder_finish(job.builder, &view);
-    job_free(&job);
-    for (size_t i = 0; i < count; i++)
-        free(settings[i]);
+    char *width = format_text("image.width=%u", bench->width);
+    char *height = format_text("image.height=%u", bench->height);
+    char *region = format_text("image.region=0 0 %u %u", bench->width, bench->height);
+    const char *settings[] = {width, height, region, "render.max_depth=20", "sampling.samples=1",
+                              NULL};
+    struct scene *block = scene_load(config, settings, REACH_ANYWHERE);
+    if (!block) fatal("%s cannot be loaded", config);
+    free(region);
+    free(height);
+    free(width);
     return block;
 }
 

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "master/load.h"
 #include "worker/render.h"
 
 const struct stability_case picture_cases[] = {
@@ -57,19 +56,8 @@ const struct stability_case picture_cases[] = {
 
 struct scene *picture_load(const char *path, const char *const *overrides)
 {
-    struct job job;
-    size_t count = 0;
-    char *copies[16] = {NULL};
-    for (; overrides[count]; count++)
-        copies[count] = strdup(overrides[count]);
-    bool loaded = load_job(path, copies, count, REACH_FOLDER, &job);
-    for (size_t i = 0; i < count; i++)
-        free(copies[i]);
-    if (!loaded) return NULL;
-    struct view view = settings_view(&job.settings);
-    view.processor = stage_kernel();
-    struct scene *scene = builder_finish(job.builder, &view);
-    job_free(&job);
+    struct scene *scene = scene_load(path, overrides, REACH_FOLDER);
+    if (scene) scene->view.processor = stage_kernel();
     return scene;
 }
 
@@ -98,75 +86,22 @@ void picture_files_free(char **files)
     free(files);
 }
 
-/* What becomes of a place and of a length. */
-struct motion {
-    double factor;
-    struct vec3 by;
-};
-
-static void move_point(struct vec3 *p, const struct motion *motion)
-{
-    *p = vec_add(vec_scale(*p, motion->factor), motion->by);
-}
-
-static void *items(struct scene *scene, const struct scene_span *span)
-{
-    return (char *)scene + span->offset;
-}
-
-static void move_solids(struct scene *scene, const struct motion *motion)
-{
-    const struct scene_span *spans = scene->primitives;
-    struct sphere *spheres = items(scene, &spans[PRIMITIVE_SPHERE]);
-    for (uint64_t i = 0; i < spans[PRIMITIVE_SPHERE].count; i++) {
-        move_point(&spheres[i].center, motion);
-        spheres[i].radius *= motion->factor;
-    }
-    struct box *boxes = items(scene, &spans[PRIMITIVE_BOX]);
-    for (uint64_t i = 0; i < spans[PRIMITIVE_BOX].count; i++) {
-        move_point(&boxes[i].min, motion);
-        move_point(&boxes[i].max, motion);
-    }
-    struct cone *cones = items(scene, &spans[PRIMITIVE_CONE]);
-    for (uint64_t i = 0; i < spans[PRIMITIVE_CONE].count; i++) {
-        move_point(&cones[i].base, motion);
-        move_point(&cones[i].apex, motion);
-        cones[i].base_radius *= motion->factor;
-        cones[i].apex_radius *= motion->factor;
-    }
-}
-
-static struct scene *moved(const struct scene *scene, struct motion motion)
+static struct scene *moved(const struct scene *scene, double factor, struct vec3 by)
 {
     struct scene *copy = allocate(scene->bytes, 1);
     memcpy(copy, scene, scene->bytes);
-    move_point(&copy->view.camera.eye, &motion);
-    struct vec3 *vertices = items(copy, &copy->vertices);
-    for (uint64_t i = 0; i < copy->vertices.count; i++)
-        move_point(&vertices[i], &motion);
-    struct light *lights = items(copy, &copy->lights);
-    for (uint64_t i = 0; i < copy->lights.count; i++)
-        move_point(&lights[i].position, &motion);
-    struct plane *planes = items(copy, &copy->primitives[PRIMITIVE_PLANE]);
-    for (uint64_t i = 0; i < copy->primitives[PRIMITIVE_PLANE].count; i++)
-        move_point(&planes[i].point, &motion);
-    struct disc *discs = items(copy, &copy->primitives[PRIMITIVE_DISC]);
-    for (uint64_t i = 0; i < copy->primitives[PRIMITIVE_DISC].count; i++) {
-        move_point(&discs[i].center, &motion);
-        discs[i].radius *= motion.factor;
-    }
-    move_solids(copy, &motion);
+    scene_move(copy, factor, by);
     return copy;
 }
 
 struct scene *picture_scaled(const struct scene *scene, double factor)
 {
-    return moved(scene, (struct motion){factor, {0, 0, 0}});
+    return moved(scene, factor, vec3(0, 0, 0));
 }
 
 struct scene *picture_moved(const struct scene *scene, struct vec3 by)
 {
-    return moved(scene, (struct motion){1, by});
+    return moved(scene, 1, by);
 }
 
 /* ---- pictures ---- */
@@ -185,7 +120,7 @@ struct picture picture_render_with(const struct scene *scene, const struct bvh *
 
 struct picture picture_render(const struct scene *scene)
 {
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     struct picture picture = picture_render_with(scene, bvh);
     free(bvh);
     return picture;

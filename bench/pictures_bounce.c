@@ -64,7 +64,7 @@ static void *render_tile(void *argument)
  * but for nothing that grows with the depth. */
 static struct picture render_on_small_stack(const struct scene *scene)
 {
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     struct small_stack job = {.renderer = renderer_create(scene, bvh),
                               .picture = {.width = 4, .height = 4}};
     pthread_attr_t attributes;
@@ -106,7 +106,7 @@ static uint64_t wrong_series(double kr, uint32_t depth, enum formulas formulas)
 static double direction_error(uint32_t depth, enum formulas formulas)
 {
     struct scene *scene = facing_mirrors(1, depth, formulas);
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     struct vec3 d = vec_normalize(vec3(0.01, -0.02, 1));
     struct ray ray = stage_ray(vec3(0.3, 0.2, 5), d);
     struct surface surface;
@@ -257,7 +257,7 @@ void run_mirror_balls(const struct budget *budget, struct case_result *result)
     struct tally tally = {.samples = 0};
     struct random random = random_seeded(52, 0);
     struct scene *ours = two_balls(FORMULAS_EXACT), *paper = two_balls(FORMULAS_PAPER);
-    struct bvh *bvh = stage_tree(ours);
+    struct bvh *bvh = scene_tree(ours);
     mpfr_t numbers[PATH_NUMBERS];
     for (size_t i = 0; i < PATH_NUMBERS; i++)
         mpfr_init2(numbers[i], 512);
@@ -359,7 +359,7 @@ static uint64_t broken_bounds(struct scene *scene, const struct bvh *bvh,
 void run_cutoff(const struct budget *budget, struct case_result *result)
 {
     struct scene *scene = cluster(false, budget->quick ? 16 : 64);
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     scene->view.max_depth = budget->quick ? 14 : 24;
     struct picture deep = picture_render(scene);
     uint64_t pixels = 0, broken = 0;
@@ -394,7 +394,7 @@ void run_glass_cluster(const struct budget *budget, struct case_result *result)
     const uint32_t depth = 30;
     uint32_t edge = budget->quick ? 12 : 64;
     struct scene *scene = cluster(true, edge);
-    struct bvh *bvh = stage_tree(scene);
+    struct bvh *bvh = scene_tree(scene);
     scene->view.max_depth = depth;
     scene->view.cutoff = cutoff;
     struct renderer *renderer = renderer_create(scene, bvh);

@@ -42,7 +42,7 @@ static void compare_scaling(uint64_t item, void *context)
     struct scalings *it = context;
     int k = exponent_of_item(it, item);
     struct scene *scaled = picture_scaled(it->scene, ldexp(1, k));
-    struct bvh *bvh = stage_tree(scaled);
+    struct bvh *bvh = scene_tree(scaled);
     for (int f = OURS; f <= ((k + LARGEST_SCALE) % it->paper_step == 0 ? PAPER : OURS); f++) {
         scaled->view.formulas = formulas[f];
         struct picture picture = picture_render_with(scaled, bvh);
@@ -118,7 +118,7 @@ struct sized {
 static struct sized sized(const struct scene *scene, double factor)
 {
     struct sized it = {.scene = picture_scaled(scene, factor), .factor = factor};
-    it.bvh = stage_tree(it.scene);
+    it.bvh = scene_tree(it.scene);
     return it;
 }
 
@@ -317,7 +317,7 @@ void run_translation(const struct budget *budget, struct case_result *result)
         struct vec3 by = {ldexp(1, k), ldexp(-1, k), ldexp(1, k)};
         struct moved_scene moved = {
             {picture_moved(at_home.ours, by), picture_moved(at_home.paper, by), NULL}, by};
-        moved.stage.bvh = stage_tree(moved.stage.ours);
+        moved.stage.bvh = scene_tree(moved.stage.ours);
         share(budget, 32, budget->quick ? 64 : rays, translated_rays, &moved, &tally);
         stage_free(&moved.stage);
         stage_free(&at_home);

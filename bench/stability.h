@@ -14,10 +14,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "bench/scenes.h"
 #include "common/processor.h"
 #include "common/scene.h"
 #include "master/builder.h"
-#include "worker/bvh.h"
 #include "worker/nearest.h"
 
 /* The amount of work of a run. */
@@ -264,9 +264,6 @@ struct view stage_view(struct vec3 eye, struct vec3 look_at, double fov, uint32_
 struct stage stage_finish(struct builder *builder, const struct view *view);
 void stage_free(struct stage *stage);
 
-/* The tree of a scene; freed by free(). */
-struct bvh *stage_tree(const struct scene *scene);
-
 /* For trees that a case makes itself, in entries: the room that each primitive of a leaf takes with its corners, and
  * the room after the last one for what is loaded beyond it in a row of eight places. */
 #define ENTRY_ROOM (1 + (uint32_t)((sizeof(struct bvh_corners) + CORNER_ROWS * 2 + 3) / 4))
@@ -290,8 +287,5 @@ struct hit stage_nearest(const struct stage *stage, const struct scene *scene,
 /* Counts the surfaces that rays cross when all surfaces have stage_material(); at most 1000. */
 void stage_crossings(const struct stage *stage, const struct scene *scene, const struct ray *rays,
                      size_t count, unsigned *crossings, uint64_t *fallbacks);
-
-/* The whole picture of a scene, 3 floats per pixel, row by row; freed by free(). */
-float *stage_picture(const struct scene *scene, const struct bvh *bvh);
 
 #endif

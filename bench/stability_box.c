@@ -169,7 +169,7 @@ static void flatten(struct stage *stage, unsigned axis)
         set_component(&box->max, axis, component(box->min, axis));
     }
     free(stage->bvh);
-    stage->bvh = stage_tree(stage->ours);
+    stage->bvh = scene_tree(stage->ours);
 }
 
 static bool in_sheets_plane(const struct box *box, const struct ray *ray)

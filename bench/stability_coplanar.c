@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/pictures.h"
 #include "bench/stability.h"
 #include "bench/stability_shapes.h"
 #include "worker/bvh_leaf.h"
@@ -77,13 +78,14 @@ static void compare_pictures(const struct scene *plain, const struct bvh *plain_
                              const struct scene *extra, const struct bvh *extra_bvh,
                              struct score *score)
 {
-    float *a = stage_picture(plain, plain_bvh), *b = stage_picture(extra, extra_bvh);
+    struct picture a = picture_render_with(plain, plain_bvh),
+                   b = picture_render_with(extra, extra_bvh);
     uint64_t pixels = (uint64_t)plain->view.region_w * plain->view.region_h;
     for (uint64_t i = 0; i < pixels; i++) {
-        if (memcmp(a + 3 * i, b + 3 * i, 3 * sizeof *a) != 0) score_wrong(score, i);
+        if (memcmp(a.rgb + 3 * i, b.rgb + 3 * i, 3 * sizeof *a.rgb) != 0) score_wrong(score, i);
     }
-    free(a);
-    free(b);
+    picture_free(&a);
+    picture_free(&b);
 }
 
 static void run_22(const struct budget *budget, struct case_result *result)

@@ -9,7 +9,6 @@
 
 #include "bench/stability.h"
 #include "common/message.h"
-#include "worker/render.h"
 
 struct vec3 random_unit(struct random *random)
 {
@@ -275,14 +274,6 @@ struct view stage_view(struct vec3 eye, struct vec3 look_at, double fov, uint32_
                          .max_samples = 1};
 }
 
-struct bvh *stage_tree(const struct scene *scene)
-{
-    size_t bytes = (bvh_bytes_bound(scene) + 63) / 64 * 64;
-    void *memory = aligned_alloc(64, bytes);
-    if (!memory) fatal("no memory for a tree");
-    return bvh_build(scene, memory, 1);
-}
-
 struct stage stage_finish(struct builder *builder, const struct view *view)
 {
     struct view all = view ? *view : stage_view(vec3(0, 0, 0), vec3(0, 0, -1), 40, 1, 1);
@@ -296,7 +287,7 @@ struct stage stage_finish(struct builder *builder, const struct view *view)
     memcpy(stage.paper, stage.ours, stage.ours->bytes);
     stage.ours->view.formulas = FORMULAS_EXACT;
     stage.paper->view.formulas = FORMULAS_PAPER;
-    stage.bvh = stage_tree(stage.ours);
+    stage.bvh = scene_tree(stage.ours);
     return stage;
 }
 
@@ -349,15 +340,4 @@ void stage_crossings(const struct stage *stage, const struct scene *scene, const
             crossings[first + i] = (unsigned)(1 - exponent);
         }
     }
-}
-
-float *stage_picture(const struct scene *scene, const struct bvh *bvh)
-{
-    struct tile tile = {.w = scene->view.region_w, .h = scene->view.region_h, .step = 1};
-    float *rgb = allocate((size_t)tile_pixels(&tile) * 3, sizeof *rgb);
-    struct renderer *renderer = renderer_create(scene, bvh);
-    struct render_counts counts;
-    renderer_tile(renderer, &tile, rgb, &counts);
-    renderer_destroy(renderer);
-    return rgb;
 }
