@@ -50,26 +50,22 @@ static void put_row(FILE *out, const struct bench_scene *scene, const struct ada
     fputc('\n', out);
 }
 
-static double real_seconds(const struct bench_scene *scene, unsigned ranks, const char *options)
+static double real_seconds(const struct bench_scene *scene, unsigned ranks, double target)
 {
-    struct farm_run run;
-    farm_run(&run, ranks, scene->config, KEPT_FOLDER "/adaptive.pfm", options);
-    double seconds = run.render_s;
-    farm_run_free(&run);
-    return seconds;
+    return farm_run(ranks, scene->config, KEPT_FOLDER "/adaptive.pfm",
+                    "image.width=%u image.height=%u sampling.target_error=%.17g", PAPER_WIDTH,
+                    PAPER_HEIGHT, target)
+        .render_s;
 }
 
 /* Pairs of -n 1 and -n 2, in turn, as the machine's speed changes. */
 static void put_real(FILE *out, const struct bench_scene *scene, double target)
 {
     double one[REAL_PAIRS], ratio[REAL_PAIRS];
-    char *options = format_text("image.width=%u image.height=%u sampling.target_error=%.17g",
-                                PAPER_WIDTH, PAPER_HEIGHT, target);
     for (unsigned i = 0; i < REAL_PAIRS; i++) {
-        one[i] = real_seconds(scene, 1, options);
-        ratio[i] = one[i] / real_seconds(scene, 2, options);
+        one[i] = real_seconds(scene, 1, target);
+        ratio[i] = one[i] / real_seconds(scene, 2, target);
     }
-    free(options);
     fprintf(out, "| %s, %g | %.3f | %.3f | %.2f | %.2f |\n", scene->name, target,
             median_of(one, REAL_PAIRS), value_get("%s.adaptive.%g.render.1", scene->name, target),
             median_of(ratio, REAL_PAIRS),

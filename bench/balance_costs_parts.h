@@ -1,4 +1,4 @@
-/* What the files that measure costs and that model them share; all others use balance_costs.h. */
+/* What the files that measure costs, model them and report them share; all others use balance_costs.h. */
 #ifndef FARM_BENCH_BALANCE_COSTS_PARTS_H
 #define FARM_BENCH_BALANCE_COSTS_PARTS_H
 

@@ -1,9 +1,11 @@
 /* The sections "messages" and "costs": the input of the simulated farm. */
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench/balance.h"
+#include "bench/balance_costs_parts.h"
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
 #include "bench/balance_trace.h"
@@ -15,42 +17,47 @@
 /* ---- messages ---- */
 
 #define MESSAGE_RUNS 5
+#define AT(member)   offsetof(struct message_costs, member)
 
 static const struct {
     const char *name, *what;
+    size_t at; /* in struct message_costs */
 } message_values[] = {
-    {"latency_s", "from one rank to the other, an empty message"},
-    {"byte_s", "for every byte more"},
-    {"service_s", "of the master for one result and its answer"},
-    {"service_tile_s", "beside that, for every tile of a lot"},
-    {"service_pixel_s", "beside that, for every pixel"},
-    {"fetch_s", "beside that, for a result that is fetched"},
-    {"tray_s", "of the master for one result and its answer, through a tray"},
-    {"tray_pixel_s", "beside that, for every pixel"},
-    {"send_s", "of a renderer in handing over a result"},
-    {"nap_s", "by how much a nap is longer than asked for"},
-    {"tile_s", "of a renderer for every tile, beside rendering it"},
+    {"latency_s", "from one rank to the other, an empty message", AT(latency_s)},
+    {"byte_s", "for every byte more", AT(byte_s)},
+    {"service_s", "of the master for one result and its answer", AT(service_s)},
+    {"service_tile_s", "beside that, for every tile of a lot", AT(service_tile_s)},
+    {"service_pixel_s", "beside that, for every pixel", AT(service_pixel_s)},
+    {"fetch_s", "beside that, for a result that is fetched", AT(fetch_s)},
+    {"tray_s", "of the master for one result and its answer, through a tray", AT(tray_s)},
+    {"tray_pixel_s", "beside that, for every pixel", AT(tray_pixel_s)},
+    {"send_s", "of a renderer in handing over a result", AT(send_s)},
+    {"nap_s", "by how much a nap is longer than asked for", AT(nap_s)},
+    {"tile_s", "of a renderer for every tile, beside rendering it", AT(tile_s)},
 };
 
 #define MESSAGE_VALUES (sizeof message_values / sizeof *message_values)
+/* All but tile_s, which is measured in runs of the farm. */
+#define BETWEEN_TWO    (MESSAGE_VALUES - 1)
 
-/* The last value is measured in runs of the farm. */
-#define TILE_VALUE (MESSAGE_VALUES - 1)
+static double *value_at(struct message_costs *costs, size_t i)
+{
+    return (double *)((char *)costs + message_values[i].at);
+}
 
 /* Measures tile_s in a run of many small tiles, by the rank that gets them in messages. There are thousands of
  * tiles: compared with them, the 2 ms that are spent once per run hardly count (MPI's first messages, first use
  * of memory, the start and the end). */
 static double measure_tile(void)
 {
-    struct farm_run run;
     struct trace trace;
-    farm_run(&run, 2, bench_scenes[0].config, KEPT_FOLDER "/tiles.pfm",
-             "sampling.samples=1 farm.tile=8 image.width=1920 image.height=1440 "
-             "output.trace=" KEPT_FOLDER "/tiles.trace.json");
+    struct farm_run run =
+        farm_run(2, bench_scenes[0].config, KEPT_FOLDER "/tiles.pfm",
+                 "sampling.samples=1 farm.tile=8 image.width=1920 image.height=1440 "
+                 "output.trace=" KEPT_FOLDER "/tiles.trace.json");
     trace_read(&trace, KEPT_FOLDER "/tiles.trace.json");
     double seconds = trace_beside(&trace, 1, run.cpu_s[1]);
     trace_free(&trace);
-    farm_run_free(&run);
     return seconds;
 }
 
@@ -67,22 +74,22 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
     while (fscanf(pipe, "%63s %lf", name, &value) == 2)
         for (size_t i = 0; i < MESSAGE_VALUES; i++)
             if (strcmp(name, message_values[i].name) == 0) samples[i][round] = value, found++;
-    if (pclose(pipe) != 0 || found != TILE_VALUE) fatal("failed: %s", command);
+    if (pclose(pipe) != 0 || found != BETWEEN_TWO) fatal("failed: %s", command);
     free(command);
 }
 
-/* Measures all values but the last one, which is set to 0. */
-static void measure_values(double values[MESSAGE_VALUES])
+struct message_costs measure_messages(void)
 {
+    struct message_costs costs = {0};
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
     for (unsigned round = 0; round < MESSAGE_RUNS; round++) {
         fprintf(stderr, "measuring messages between two ranks: run %u of %d\n", round + 1,
                 MESSAGE_RUNS);
         run_messages(samples, round);
     }
-    for (size_t i = 0; i < TILE_VALUE; i++)
-        values[i] = median_of(samples[i], MESSAGE_RUNS);
-    values[TILE_VALUE] = 0;
+    for (size_t i = 0; i < BETWEEN_TWO; i++)
+        *value_at(&costs, i) = median_of(samples[i], MESSAGE_RUNS);
+    return costs;
 }
 
 static double measure_tiles(void)
@@ -96,60 +103,36 @@ static double measure_tiles(void)
     return median_of(samples, MESSAGE_RUNS);
 }
 
-static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
+/* All of them, with tile_s, which are kept. */
+static struct message_costs measure_and_keep(void)
 {
-    return (struct message_costs){.latency_s = values[0],
-                                  .byte_s = values[1],
-                                  .service_s = values[2],
-                                  .service_tile_s = values[3],
-                                  .service_pixel_s = values[4],
-                                  .fetch_s = values[5],
-                                  .tray_s = values[6],
-                                  .tray_pixel_s = values[7],
-                                  .send_s = values[8],
-                                  .nap_s = values[9],
-                                  .tile_s = values[TILE_VALUE]};
-}
-
-struct message_costs measure_messages(void)
-{
-    double values[MESSAGE_VALUES];
-    measure_values(values);
-    return costs_of_values(values);
-}
-
-/* All of them, the last one, too, and keeps them. */
-static void keep_values(double values[MESSAGE_VALUES])
-{
-    measure_values(values);
-    values[TILE_VALUE] = measure_tiles();
+    struct message_costs costs = measure_messages();
+    costs.tile_s = measure_tiles();
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
-        value_set(values[i], "%s", message_values[i].name);
+        value_set(*value_at(&costs, i), "%s", message_values[i].name);
+    return costs;
 }
 
 struct message_costs kept_messages(void)
 {
-    double values[MESSAGE_VALUES];
-    bool known = true;
+    struct message_costs costs = {0};
     for (size_t i = 0; i < MESSAGE_VALUES; i++) {
-        values[i] = value_get("%s", message_values[i].name);
-        known = known && !isnan(values[i]);
+        *value_at(&costs, i) = value_get("%s", message_values[i].name);
+        if (isnan(*value_at(&costs, i))) return measure_and_keep();
     }
-    if (!known) keep_values(values);
-    return costs_of_values(values);
+    return costs;
 }
 
 void section_messages(FILE *out)
 {
-    double values[MESSAGE_VALUES];
-    keep_values(values);
+    struct message_costs costs = measure_and_keep();
     fprintf(
         out,
         "Measured between two ranks of this machine, medians of %d runs. Naps between two looks "
         "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
         MESSAGE_RUNS, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
-        fprintf(out, "| %s | %.2e |\n", message_values[i].what, values[i]);
+        fprintf(out, "| %s | %.2e |\n", message_values[i].what, *value_at(&costs, i));
 }
 
 /* ---- costs ---- */
@@ -169,11 +152,9 @@ static void put_levels(FILE *out, FILE *csv, const struct bench_scene *scene, ui
 
 static double dearest_share(const struct tile_costs *map, unsigned level)
 {
-    uint32_t edge = 1u << level;
-    size_t tiles = (size_t)((map->width + edge - 1) / edge) * ((map->height + edge - 1) / edge);
     double dearest = 0;
-    for (size_t i = 0; i < tiles; i++)
-        if ((double)map->levels[level][i] > dearest) dearest = (double)map->levels[level][i];
+    for (size_t i = 0; i < level_tiles(map, level); i++)
+        dearest = fmax(dearest, (double)map->levels[level][i]);
     return dearest / map->totals[COST_BASE];
 }
 

@@ -11,7 +11,7 @@
 #include "common/message.h"
 
 #define SAMPLES 16
-#define RUNS    5
+#define RUNS    5u
 #define PICTURE KEPT_FOLDER "/model.pfm"
 #define TRACE   KEPT_FOLDER "/model.trace.json"
 
@@ -108,11 +108,10 @@ struct row {
 static struct comparison compare(unsigned scene, const struct row *row,
                                  const struct surroundings *around)
 {
-    struct farm_run run;
     struct trace trace;
-    char *options = format_text("sampling.samples=%d output.trace=" TRACE " %s", SAMPLES,
-                                bench_schedules[row->schedule].options);
-    farm_run(&run, row->ranks, bench_scenes[scene].config, PICTURE, options);
+    struct farm_run run = farm_run(row->ranks, bench_scenes[scene].config, PICTURE,
+                                   "sampling.samples=%d output.trace=" TRACE " %s", SAMPLES,
+                                   bench_schedules[row->schedule].options);
     trace_read(&trace, TRACE);
     struct comparison both = {.measured = run.render_s,
                               .simulated = simulated(scene, row->schedule, &run, &trace, around),
@@ -121,17 +120,15 @@ static struct comparison compare(unsigned scene, const struct row *row,
     for (unsigned i = 0; i < row->ranks; i++)
         both.share += trace_share(&trace, i) / row->ranks;
     trace_free(&trace);
-    farm_run_free(&run);
-    free(options);
     return both;
 }
 
 /* Prints a row; returns the relative error of the simulation, the median over runs. */
-static double put_row(FILE *out, unsigned scene, const struct row *row, unsigned runs,
+static double put_row(FILE *out, unsigned scene, const struct row *row,
                       const struct surroundings *around)
 {
     double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], used[RUNS], offs[RUNS];
-    for (unsigned i = 0; i < runs; i++) {
+    for (unsigned i = 0; i < RUNS; i++) {
         struct comparison both = compare(scene, row, around);
         times[i] = both.measured;
         models[i] = both.simulated;
@@ -140,19 +137,19 @@ static double put_row(FILE *out, unsigned scene, const struct row *row, unsigned
         used[i] = both.used;
         offs[i] = both.simulated / both.measured - 1;
     }
-    double off = median_of(offs, runs);
+    double off = median_of(offs, RUNS);
     if (!isfinite(off)) fatal("what the simulated farm says is no time");
     fprintf(out,
             "| %s | %s | %u | %.3f | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
             bench_scenes[scene].name, bench_schedules[row->schedule].name, row->ranks,
-            median_of(shares, runs), median_of(used, runs), median_of(ideals, runs),
-            median_of(times, runs), median_of(models, runs), 100 * off, 100 * offs[0],
-            100 * offs[runs - 1]);
+            median_of(shares, RUNS), median_of(used, RUNS), median_of(ideals, RUNS),
+            median_of(times, RUNS), median_of(models, RUNS), 100 * off, 100 * offs[0],
+            100 * offs[RUNS - 1]);
     fflush(out);
     return off;
 }
 
-static void put_heading(FILE *out, unsigned runs, const struct surroundings *around)
+static void put_heading(FILE *out, const struct surroundings *around)
 {
     fprintf(
         out,
@@ -183,7 +180,7 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "| scene | schedule | ranks | of a core | of all | tiles alone | measured | simulated | "
         "off by, median | "
         "from, to |\n|---|---|---|---|---|---|---|---|---|---|\n",
-        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s, runs);
+        SAMPLES, cores(), RUNS, 1e6 * around->messages.nap_s, 1e3 * around->slice_s, RUNS);
 }
 
 void section_model(FILE *out)
@@ -193,10 +190,10 @@ void section_model(FILE *out)
         {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
     const unsigned count = sizeof rows / sizeof *rows;
     struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
-    put_heading(out, RUNS, &around);
+    put_heading(out, &around);
     double worst = 0;
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < count; i++)
-            worst = fmax(worst, fabs(put_row(out, s, &rows[i], RUNS, &around)));
+            worst = fmax(worst, fabs(put_row(out, s, &rows[i], &around)));
     value_set(worst, "model.worst");
 }

@@ -10,6 +10,7 @@
 #include "common/message.h"
 
 #define SAMPLES   16
+#define SAMPLED   "sampling.samples=16"
 #define PAIRS     5u /* pairs of runs with a slowed renderer and without */
 /* Pairs of -n 1 and -n 2: odd. Ratios of single pairs were seen to differ by a third. */
 #define TURNS     11u
@@ -17,6 +18,7 @@
 #define ONE_FILE  KEPT_FOLDER "/one.pfm"
 #define MANY_FILE KEPT_FOLDER "/many.pfm"
 #define TRACE     KEPT_FOLDER "/real.trace.json"
+#define TRACED    SAMPLED " output.trace=" TRACE
 
 static bool same_bits(const char *a, const char *b)
 {
@@ -53,14 +55,9 @@ static void phases_of(const struct farm_run *run, double seconds[PHASES])
 static double run_phases(const struct bench_scene *scene, unsigned ranks, const char *picture,
                          double seconds[PHASES])
 {
-    struct farm_run run;
-    char *options = format_text("sampling.samples=%d", SAMPLES);
-    farm_run(&run, ranks, scene->config, picture, options);
+    struct farm_run run = farm_run(ranks, scene->config, picture, SAMPLED);
     phases_of(&run, seconds);
-    double cpu = most_cpu(&run);
-    farm_run_free(&run);
-    free(options);
-    return cpu;
+    return most_cpu(&run);
 }
 
 /*
@@ -70,10 +67,7 @@ static double run_phases(const struct bench_scene *scene, unsigned ranks, const 
  */
 static double cores_gain(const struct bench_scene *scene, double render_s)
 {
-    char *options = format_text("sampling.samples=%d", SAMPLES);
-    double both = farm_run_side_by_side(scene->config, MANY_FILE, options);
-    free(options);
-    return 2 * render_s / both;
+    return 2 * render_s / farm_run_side_by_side(scene->config, MANY_FILE, SAMPLED);
 }
 
 /* Runs of one process and of two, in turns. */
@@ -144,42 +138,35 @@ static void compare_pairs(FILE *out, const struct bench_scene *scene)
 /* ---- forty-four ---- */
 
 /* Another run for the pictures of who rendered what, which cost rank 0 a little: apart from the measured runs. */
-static void draw_many(const struct bench_scene *scene, unsigned ranks)
+static void draw_many(const struct bench_scene *scene)
 {
-    struct farm_run run;
-    char *options = format_text(
-        "sampling.samples=%d output.trace=" KEPT_FOLDER "/%s.trace.json output.ranks=" OUT_FOLDER
-        "/balance_ranks_%s.png output.heatmap=" OUT_FOLDER "/balance_heatmap_%s.png",
-        SAMPLES, scene->name, scene->name, scene->name);
-    farm_run(&run, ranks, scene->config, MANY_FILE, options);
-    farm_run_free(&run);
-    free(options);
+    (void)farm_run(PAPER_PROCESSORS, scene->config, MANY_FILE,
+                   SAMPLED " output.trace=" KEPT_FOLDER "/%s.trace.json output.ranks=" OUT_FOLDER
+                           "/balance_ranks_%s.png output.heatmap=" OUT_FOLDER
+                           "/balance_heatmap_%s.png",
+                   scene->name, scene->name, scene->name);
 }
 
-/* Prints the medians of `runs` runs. */
-static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks, unsigned runs)
+static void run_many(FILE *out, const struct bench_scene *scene)
 {
     double render[MANY_RUNS], total[MANY_RUNS], messages[MANY_RUNS], cpu[MANY_RUNS];
     double master[MANY_RUNS], tail[MANY_RUNS];
-    char *options = format_text("sampling.samples=%d", SAMPLES);
     bool same = true;
-    for (unsigned i = 0; i < runs; i++) {
-        struct farm_run run;
-        farm_run(&run, ranks, scene->config, MANY_FILE, options);
+    for (unsigned i = 0; i < MANY_RUNS; i++) {
+        struct farm_run run = farm_run(PAPER_PROCESSORS, scene->config, MANY_FILE, SAMPLED);
         render[i] = run.render_s, total[i] = run.total_s, messages[i] = run.messages;
         cpu[i] = all_cpu(&run), tail[i] = run.tail_s;
         master[i] = run.master_cpu_s / run.render_s;
         same = same && same_bits(ONE_FILE, MANY_FILE);
-        farm_run_free(&run);
     }
-    double share = median_of(master, runs);
+    double share = median_of(master, MANY_RUNS);
     fprintf(out, "| %s | %u | %.3f | %.2f | %.0f | %.3f | %.3f %% (%.3f to %.3f) | %.3f | %s |\n",
-            scene->name, ranks, median_of(render, runs), median_of(total, runs),
-            median_of(messages, runs), median_of(cpu, runs), 100 * share, 100 * master[0],
-            100 * master[runs - 1], median_of(tail, runs), same ? "the same bits" : "THEY DIFFER");
+            scene->name, PAPER_PROCESSORS, median_of(render, MANY_RUNS),
+            median_of(total, MANY_RUNS), median_of(messages, MANY_RUNS), median_of(cpu, MANY_RUNS),
+            100 * share, 100 * master[0], 100 * master[MANY_RUNS - 1], median_of(tail, MANY_RUNS),
+            same ? "the same bits" : "THEY DIFFER");
     value_set(same, "%s.real.same.44", scene->name);
     value_set(share, "%s.real.master.44", scene->name);
-    free(options);
 }
 
 /* ---- a rank that waits ---- */
@@ -212,19 +199,13 @@ struct two_ranks {
 
 static struct two_ranks run_two(const struct bench_scene *scene, bool slow)
 {
-    struct farm_run run;
     struct trace trace;
-    char *options = format_text("sampling.samples=%d output.trace=" TRACE, SAMPLES);
-    if (slow)
-        farm_run_slow(&run, scene->config, MANY_FILE, options);
-    else
-        farm_run(&run, 2, scene->config, MANY_FILE, options);
+    struct farm_run run = slow ? farm_run_slow(scene->config, MANY_FILE, TRACED)
+                               : farm_run(2, scene->config, MANY_FILE, TRACED);
     trace_read(&trace, TRACE);
     double share = slow ? trace_share(&trace, 1) : 1;
     struct two_ranks two = {run.render_s, trace_work(&trace) / (1 + share), share};
     trace_free(&trace);
-    farm_run_free(&run);
-    free(options);
     return two;
 }
 
@@ -293,8 +274,8 @@ void section_real(FILE *out)
     for (unsigned s = 0; s < SCENES; s++) {
         double unused[PHASES];
         run_phases(&bench_scenes[s], 1, ONE_FILE, unused);
-        run_many(out, &bench_scenes[s], PAPER_PROCESSORS, MANY_RUNS);
-        draw_many(&bench_scenes[s], PAPER_PROCESSORS);
+        run_many(out, &bench_scenes[s]);
+        draw_many(&bench_scenes[s]);
     }
     report_waiting(out);
     unsigned two[2];

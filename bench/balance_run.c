@@ -2,6 +2,8 @@
 
 #include <math.h>
 #include <sched.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,7 +20,7 @@ const char *farm_program(void)
 static void read_workers(struct farm_run *run, const char *text)
 {
     const char *at = strstr(text, "\"workers\":");
-    run->cpu_s = allocate_zeroed(run->renderers, sizeof *run->cpu_s);
+    if (run->renderers > RUN_RANKS) fatal("a run on more than %d ranks", RUN_RANKS);
     for (unsigned i = 0; i < run->renderers; i++) {
         at = at ? strstr(at + 1, "{\"rank\":") : NULL;
         if (!at) fatal("the report has too few workers");
@@ -26,23 +28,24 @@ static void read_workers(struct farm_run *run, const char *text)
     }
 }
 
-static void read_report(struct farm_run *run, const char *text)
+static struct farm_run read_report(const char *text)
 {
     const char *master = strstr(text, "\"master\":");
     if (!master) fatal("the report has no master");
-    *run = (struct farm_run){.total_s = report_number(text, "total_s"),
-                             .init_s = report_number(text, "init_s"),
-                             .load_s = report_number(text, "load_s"),
-                             .broadcast_s = report_number(text, "broadcast_s"),
-                             .build_s = report_number(text, "build_s"),
-                             .render_s = report_number(text, "render_s"),
-                             .write_s = report_number(text, "write_s"),
-                             .master_cpu_s = report_number(master, "cpu_s"),
-                             .messages = report_number(master, "messages"),
-                             .service_s = report_number(master, "service_s"),
-                             .tail_s = report_number(text, "tail_s"),
-                             .renderers = (unsigned)report_number(text, "renderers")};
-    read_workers(run, text);
+    struct farm_run run = {.total_s = report_number(text, "total_s"),
+                           .init_s = report_number(text, "init_s"),
+                           .load_s = report_number(text, "load_s"),
+                           .broadcast_s = report_number(text, "broadcast_s"),
+                           .build_s = report_number(text, "build_s"),
+                           .render_s = report_number(text, "render_s"),
+                           .write_s = report_number(text, "write_s"),
+                           .master_cpu_s = report_number(master, "cpu_s"),
+                           .messages = report_number(master, "messages"),
+                           .service_s = report_number(master, "service_s"),
+                           .tail_s = report_number(text, "tail_s"),
+                           .renderers = (unsigned)report_number(text, "renderers")};
+    read_workers(&run, text);
+    return run;
 }
 
 /* The farm's arguments, as text for the shell. */
@@ -59,26 +62,21 @@ static char *command_of(const char *launch, const char *picture)
                        picture);
 }
 
-static void run_command(const char *command, const char *picture)
+/* Frees the command. */
+static void run_command(char *command, const char *picture)
 {
     if (system(command) != 0) fatal("failed, see %s.log: %s", picture, command);
+    free(command);
 }
 
-static void read_run(struct farm_run *run, const char *picture)
+static struct farm_run read_run(const char *picture)
 {
     char *report = format_text("%s.json", picture);
     char *text = report_text(report);
-    read_report(run, text);
+    struct farm_run run = read_report(text);
     free(text);
     free(report);
-}
-
-/* Frees the command. */
-static void run_and_read(struct farm_run *run, char *command, const char *picture)
-{
-    run_command(command, picture);
-    read_run(run, picture);
-    free(command);
+    return run;
 }
 
 static char *farm_command(unsigned ranks, const char *config, const char *picture,
@@ -92,26 +90,27 @@ static char *farm_command(unsigned ranks, const char *config, const char *pictur
     return command;
 }
 
-void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
-              const char *options)
+struct farm_run farm_run(unsigned ranks, const char *config, const char *picture,
+                         const char *options, ...)
 {
-    run_and_read(run, farm_command(ranks, config, picture, options), picture);
+    char *text;
+    va_list arguments;
+    va_start(arguments, options);
+    if (vasprintf(&text, options, arguments) < 0) fatal("out of memory");
+    va_end(arguments);
+    run_command(farm_command(ranks, config, picture, text), picture);
+    free(text);
+    return read_run(picture);
 }
 
 double farm_run_side_by_side(const char *config, const char *picture, const char *options)
 {
-    struct farm_run one, other;
     char *beside = format_text("%s.beside.pfm", picture);
     char *first = farm_command(1, config, picture, options);
     char *second = farm_command(1, config, beside, options);
-    char *both = format_text("{ %s & } ; %s; status=$?; wait $! && exit $status", first, second);
-    run_command(both, picture);
-    read_run(&one, picture);
-    read_run(&other, beside);
-    double seconds = (one.render_s + other.render_s) / 2;
-    farm_run_free(&one);
-    farm_run_free(&other);
-    free(both);
+    run_command(format_text("{ %s & } ; %s; status=$?; wait $! && exit $status", first, second),
+                picture);
+    double seconds = (read_run(picture).render_s + read_run(beside).render_s) / 2;
     free(second);
     free(first);
     free(beside);
@@ -128,8 +127,7 @@ bool two_processors(unsigned two[2])
     return found == 2;
 }
 
-void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
-                   const char *options)
+struct farm_run farm_run_slow(const char *config, const char *picture, const char *options)
 {
     const char *farm = farm_program();
     unsigned two[2];
@@ -139,9 +137,10 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
         format_text("-n 1 taskset -c %u '%s' %s : -n 1 taskset -c %u sh bench/balance_slow.sh "
                     "'%s' %s",
                     two[0], farm, arguments, two[1], farm, arguments);
-    run_and_read(run, command_of(launch, picture), picture);
+    run_command(command_of(launch, picture), picture);
     free(launch);
     free(arguments);
+    return read_run(picture);
 }
 
 double all_cpu(const struct farm_run *run)
@@ -158,10 +157,4 @@ double most_cpu(const struct farm_run *run)
     for (unsigned i = 0; i < run->renderers; i++)
         most = fmax(most, run->cpu_s[i]);
     return most;
-}
-
-void farm_run_free(struct farm_run *run)
-{
-    free(run->cpu_s);
-    *run = (struct farm_run){0};
 }

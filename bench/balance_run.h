@@ -4,11 +4,14 @@
 
 #include <stdbool.h>
 
+/* Most ranks of a run. */
+#define RUN_RANKS 44
+
 struct farm_run {
     double total_s, init_s, load_s, broadcast_s, build_s, render_s, write_s;
     double master_cpu_s, messages, service_s, tail_s;
     unsigned renderers;
-    double *cpu_s; /* of each renderer; owned */
+    double cpu_s[RUN_RANKS]; /* of each renderer */
 };
 
 /* The path of the program. */
@@ -16,10 +19,10 @@ const char *farm_program(void);
 
 /*
  * Runs `mpiexec -n ranks farm config options`, with the picture in `picture` (.pfm) and its report beside it,
- * which both stay. options are separated by spaces. Ends the program when the farm fails.
+ * which both stay. options are formatted as by printf and separated by spaces. Ends the program when the farm fails.
  */
-void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
-              const char *options);
+struct farm_run farm_run(unsigned ranks, const char *config, const char *picture,
+                         const char *options, ...) __attribute__((format(printf, 4, 5)));
 
 /*
  * The same for two independent farms of one rank each at the same time; returns the mean of their render times.
@@ -36,15 +39,12 @@ bool two_processors(unsigned two[2]);
  * Runs two ranks, each bound to one of two_processors(); rank 1 shares its processor with three processes that
  * use all they get, which makes it a renderer of a quarter of the speed.
  */
-void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
-                   const char *options);
+struct farm_run farm_run_slow(const char *config, const char *picture, const char *options);
 
 /* CPU seconds of the rendering threads of all ranks. */
 double all_cpu(const struct farm_run *run);
 
 /* The same of the rank with the most. */
 double most_cpu(const struct farm_run *run);
-
-void farm_run_free(struct farm_run *run);
 
 #endif

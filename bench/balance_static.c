@@ -14,13 +14,9 @@
 
 static double cpu_of(const struct bench_scene *scene, unsigned processors, const char *options)
 {
-    struct farm_run run;
-    char *all = format_text("sampling.samples=%d %s", SAMPLES, options);
-    farm_run(&run, processors, scene->config, PICTURE, all);
-    double most = most_cpu(&run);
-    farm_run_free(&run);
-    free(all);
-    return most;
+    struct farm_run run =
+        farm_run(processors, scene->config, PICTURE, "sampling.samples=%d %s", SAMPLES, options);
+    return most_cpu(&run);
 }
 
 static const unsigned counts[] = {2, 4, 8, 14, 16, 18, 24, 32, 44};

@@ -101,9 +101,7 @@ struct waiting_run {
 static void *run_farm(void *argument)
 {
     struct waiting_run *it = argument;
-    struct farm_run run;
-    farm_run(&run, it->ranks, it->config, it->picture, it->options);
-    farm_run_free(&run);
+    (void)farm_run(it->ranks, it->config, it->picture, "%s", it->options);
     atomic_store(&it->done, true);
     return NULL;
 }
