@@ -239,7 +239,7 @@ BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncat
            bench-faults
 
 # To be appended to the command of a bench: draws its plots even if it has failed.
-draw = ; status=$$?; gnuplot bench/$(1).gp || status=1; exit $$status
+draw = ; status=$$?; gnuplot $(1:%=bench/%.gp) || status=1; exit $$status
 
 bench:
 	@failed=""; for bench in $(BENCHES); do \
@@ -271,7 +271,7 @@ bench-error-truncation: $(BUILD)/bench/error_truncation all
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" is shorter.
 BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
               bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c \
-              bench/scenes.c)
+              bench/report_values.c bench/scenes.c)
 EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
 EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
 
@@ -356,7 +356,7 @@ bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
 	FARM="$(abspath $(FARM))" MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
-	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)$(call draw,balance_plan)
+	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)$(call draw,balance_plan balance_figures)
 
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini

@@ -37,12 +37,8 @@ double value_get(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void values_read(void);
 void values_write(void);
 
-/* ---- files: bench/balance_files.c ---- */
+/* ---- what is measured once: bench/balance_kept.c and others ---- */
 
-/* Opens a file in OUT_FOLDER for writing; ends the program when that fails. */
-FILE *open_out(const char *name);
-/* Runs gnuplot on a script in OUT_FOLDER. */
-void plot(const char *script);
 /* The kept cost map of a scene; it is measured first if there is none that is newer than scene, meshes and
  * program. */
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,

@@ -4,6 +4,7 @@
 
 #include "bench/balance.h"
 #include "bench/balance_schedules.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 #define SAMPLES 16
@@ -12,13 +13,11 @@
 
 static FILE *open_wide(const char *kind, const struct bench_scene *scene, const char *first)
 {
-    char *name = format_text("balance_%s_%s.csv", kind, scene->name);
-    FILE *csv = open_out(name);
+    FILE *csv = open_to_write(OUT_FOLDER "/balance_%s_%s.csv", kind, scene->name);
     fprintf(csv, "%s", first);
     for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
         fprintf(csv, ",%s", bench_schedules[k].name);
     fputc('\n', csv);
-    free(name);
     return csv;
 }
 
@@ -81,7 +80,7 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
     }
     for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
         sim_outcome_free(&outcomes[k]);
-    fclose(csv);
+    close_written(csv);
     free(name);
 }
 
@@ -108,113 +107,9 @@ static void slow_one(const struct bench_scene *scene)
     value_set(worst, "%s.slow.44", scene->name);
 }
 
-/* ---- drawing ---- */
-
-static FILE *open_plot(const char *figure, unsigned rows, unsigned columns)
-{
-    char *name = format_text("balance_%s.gp", figure);
-    FILE *out = open_out(name);
-    fprintf(out,
-            "WIDTH = %u\nHEIGHT = %u\nload '../plot.gp'\nset output 'balance_%s.svg'\n"
-            "set key top left Left reverse samplen 2\nset linetype 1 lc rgb '#b2182b' lw 2\n"
-            "set linetype 2 lc rgb '#ef8a62' lw 2\nset linetype 3 lc rgb '#999999' lw 2\n"
-            "set linetype 4 lc rgb '#67a9cf' lw 2\nset linetype 5 lc rgb '#2166ac' lw 2\n"
-            "set multiplot layout %u,%u\n",
-            480 * columns, 400 * rows, figure, rows, columns);
-    free(name);
-    return out;
-}
-
-static void close_plot(FILE *out, const char *figure)
-{
-    fprintf(out, "unset multiplot\n");
-    fclose(out);
-    char *name = format_text("balance_%s.gp", figure);
-    plot(name);
-    free(name);
-}
-
-static void put_lines(FILE *out, const char *kind, const char *scene)
-{
-    fprintf(out,
-            "for [i=2:%d] 'balance_%s_%s.csv' using 1:i with linespoints lt i-1 pt 7 ps 0.3 "
-            "title columnheader(i)",
-            SCHEDULES_COMPARED + 1, kind, scene);
-}
-
-/* Draws a plot of the columns of the scene's table of that kind. */
-static void put_plot(FILE *out, const char *scene, const char *what, const char *kind)
-{
-    fprintf(out, "set title '%s%s (simulated)'\nplot ", scene, what);
-    put_lines(out, kind, scene);
-    fputc('\n', out);
-}
-
-/* A figure with one plot for each scene. */
-static void draw_scenes(const char *name, const char *settings, const char *what, const char *kind)
-{
-    FILE *out = open_plot(name, 1, 2);
-    fputs(settings, out);
-    for (unsigned s = 0; s < SCENES; s++)
-        put_plot(out, bench_scenes[s].name, what, kind);
-    close_plot(out, name);
-}
-
-static void draw_times(void)
-{
-    draw_scenes("fig10",
-                "set key bottom left\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
-                "set logscale y\nset xrange [0:45]\n",
-                ": time", "time");
-}
-
-static void draw_speedups(void)
-{
-    FILE *out = open_plot("fig11", 1, 2);
-    fprintf(out, "set xlabel 'processors'\nset ylabel 'speed-up'\nset xrange [0:46]\n"
-                 "set yrange [0:46]\nset size ratio 1\n");
-    for (unsigned s = 0; s < SCENES; s++) {
-        const struct bench_scene *scene = &bench_scenes[s];
-        fprintf(out,
-                "set title '%s: speed-up (simulated)'\n"
-                "plot x with lines lc rgb '#000000' dt 3 title 'ideal', ",
-                scene->name);
-        put_lines(out, "speedup", scene->name);
-        fprintf(out,
-                ", '+' using (%d):(%.0f) every ::0::0 with points pt 5 ps 1.2 lc rgb 'black' "
-                "title \"paper: %.0f\"\n",
-                PAPER_PROCESSORS, scene->paper_speedup, scene->paper_speedup);
-    }
-    close_plot(out, "fig11");
-}
+/* ---- the section ---- */
 
 static const uint32_t finish_processors[] = {14, 16, 18};
-
-static void draw_finishes(void)
-{
-    FILE *out = open_plot("fig12", SCENES, 3);
-    fprintf(out, "set xlabel 'rank'\nset ylabel 'finished after, s'\nset yrange [0:*]\n"
-                 "set key outside bottom center horizontal\n");
-    for (unsigned s = 0; s < SCENES; s++)
-        for (unsigned i = 0; i < 3; i++) {
-            char *what = format_text(", %u processors", finish_processors[i]);
-            char *kind = format_text("finish_%u", finish_processors[i]);
-            put_plot(out, bench_scenes[s].name, what, kind);
-            free(kind);
-            free(what);
-        }
-    close_plot(out, "fig12");
-}
-
-static void draw_sends(void)
-{
-    draw_scenes("fig13",
-                "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
-                "set key outside bottom center horizontal\n",
-                ", 16 processors", "send_16");
-}
-
-/* ---- the section ---- */
 
 static void put_table(FILE *out, const struct bench_scene *scene, uint32_t samples)
 {
@@ -250,8 +145,8 @@ void section_figures(FILE *out)
         FILE *times = open_wide("time", scene, "processors");
         FILE *speedups = open_wide("speedup", scene, "processors");
         sweep(scene, SAMPLES, times, speedups);
-        fclose(times);
-        fclose(speedups);
+        close_written(times);
+        close_written(speedups);
         sweep(scene, 1, NULL, NULL);
         for (unsigned i = 0; i < 3; i++)
             each_processor(scene, finish_processors[i], "finish", finish_of);
@@ -277,8 +172,4 @@ void section_figures(FILE *out)
     }
     fprintf(out, "\n![When every processor finishes](balance_fig12.svg)\n\n"
                  "![What every processor spends in sending](balance_fig13.svg)\n");
-    draw_times();
-    draw_speedups();
-    draw_finishes();
-    draw_sends();
 }

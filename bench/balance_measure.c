@@ -177,7 +177,7 @@ static const uint32_t cost_samples[] = {1, 16};
 
 static void put_level_table(FILE *out)
 {
-    FILE *csv = open_out("balance_costs.csv");
+    FILE *csv = open_to_write(OUT_FOLDER "/balance_costs.csv");
     fprintf(out,
             "The picture (%u x %u), rendered in this process in tiles of one size: CPU seconds "
             "of all of them, every tile the median of %u. fixed: of a tile, whatever is in "
@@ -194,7 +194,7 @@ static void put_level_table(FILE *out)
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 2; i++)
             put_levels(out, csv, &bench_scenes[s], cost_samples[i]);
-    fclose(csv);
+    close_written(csv);
 }
 
 static void put_dearest(FILE *out)

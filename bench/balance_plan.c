@@ -5,6 +5,7 @@
 #include "bench/balance.h"
 #include "bench/balance_events.h"
 #include "bench/balance_schedules.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 /* A picture of 7680 x 4320: the middle of the measured one, each pixel of which becomes 12 x 12. */
@@ -259,7 +260,7 @@ void section_plan(FILE *out)
 {
     const struct bench_scene *garden = &bench_scenes[1];
     struct picture_costs costs = large_costs(garden, 16);
-    FILE *csv = open_out("balance_plan.csv");
+    FILE *csv = open_to_write(OUT_FOLDER "/balance_plan.csv");
     fprintf(csv, "what,scene,renderers,samples,latency_s,render_s,efficiency,master,repeated\n");
     fprintf(
         out,
@@ -274,5 +275,5 @@ void section_plan(FILE *out)
     put_saturation(out, csv);
     put_latencies(out, csv);
     put_further(out, csv);
-    fclose(csv);
+    close_written(csv);
 }

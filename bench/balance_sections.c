@@ -1,5 +1,6 @@
 /* The sections of the report: each is kept in a file of its own, so that they can be made apart. */
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -37,18 +38,6 @@ static const struct section {
 /* The report begins with the last one, the marks, and ends with these first ones, which the others are made of. */
 #define INGREDIENTS 2
 
-/* Whether name is one of the words of a list with commas. */
-static bool is_listed(const char *list, const char *name)
-{
-    size_t length = strlen(name);
-    for (const char *at = list; at; at = strchr(at, ',')) {
-        if (*at == ',') at++;
-        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
-            return true;
-    }
-    return false;
-}
-
 bool sections_known(const char *list)
 {
     size_t words = 1, known = 0;
@@ -68,17 +57,19 @@ void sections_list(FILE *out)
 /* Takes the place of the section that was made earlier once it is whole. */
 static void make_section(const struct section *section)
 {
-    char part[256], whole[256], when[32];
+    char when[32];
     time_t now = time(NULL);
     strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
-    snprintf(part, sizeof part, KEPT_FOLDER "/%s.part", section->name);
-    snprintf(whole, sizeof whole, KEPT_FOLDER "/%s.md", section->name);
-    FILE *out = open_to_write(part);
+    char *part = format_text(KEPT_FOLDER "/%s.part", section->name);
+    char *whole = format_text(KEPT_FOLDER "/%s.md", section->name);
+    FILE *out = open_to_write("%s", part);
     fprintf(out, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", section->heading,
             section->name, when);
     section->make(out);
-    if (fclose(out) != 0 || rename(part, whole) != 0)
-        fatal("cannot write %s: %s", whole, strerror(errno));
+    close_written(out);
+    if (rename(part, whole) != 0) fatal("cannot write %s: %s", whole, strerror(errno));
+    free(whole);
+    free(part);
 }
 
 static void put_section(FILE *out, const struct section *section)
@@ -96,14 +87,14 @@ static void put_section(FILE *out, const struct section *section)
 
 static void put_report(void)
 {
-    FILE *out = open_out("balance.md");
+    FILE *out = open_to_write(OUT_FOLDER "/balance.md");
     fprintf(out, "# Balance\n\n");
     put_section(out, &sections[SECTIONS - 1]);
     for (size_t i = INGREDIENTS; i < SECTIONS - 1; i++)
         put_section(out, &sections[i]);
     for (size_t i = 0; i < INGREDIENTS; i++)
         put_section(out, &sections[i]);
-    if (fclose(out) != 0) fatal("cannot write the report");
+    close_written(out);
 }
 
 void sections_run(const char *list)

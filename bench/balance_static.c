@@ -1,12 +1,12 @@
 /* The section "static": the static schedules in real runs with any number of processors, by the CPU time of
  * every rank. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "bench/balance.h"
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
 #include "bench/median.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 #define SAMPLES 16
@@ -47,7 +47,7 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
 
 void section_static(FILE *out)
 {
-    FILE *csv = open_out("balance_static.csv");
+    FILE *csv = open_to_write(OUT_FOLDER "/balance_static.csv");
     fprintf(
         out,
         "**Measured**: mpiexec -n P, %d samples. Speed-up: CPU seconds of -n 1 against those of "
@@ -72,5 +72,5 @@ void section_static(FILE *out)
         for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
             put_row(out, csv, &bench_scenes[s], counts[i], serial);
     }
-    fclose(csv);
+    close_written(csv);
 }

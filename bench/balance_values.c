@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bench/balance.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 #define VALUES_FILE KEPT_FOLDER "/values.txt"
@@ -73,9 +74,8 @@ void values_read(void)
 
 void values_write(void)
 {
-    FILE *file = fopen(VALUES_FILE, "w");
-    if (!file) fatal("cannot write %s", VALUES_FILE);
+    FILE *file = open_to_write(VALUES_FILE);
     for (size_t i = 0; i < value_count; i++)
         fprintf(file, "%s %.9g\n", values[i].name, values[i].value);
-    if (fclose(file) != 0) fatal("cannot write %s", VALUES_FILE);
+    close_written(file);
 }

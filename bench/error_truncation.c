@@ -8,13 +8,13 @@
  *
  * Exit status 1 when a claim is violated.
  */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "bench/outside.h"
 #include "bench/pictures.h"
+#include "common/clock.h"
 #include "common/message.h"
 #include "worker/render.h"
 
@@ -36,20 +36,13 @@ struct claimed {
     double seconds; /* CPU seconds */
 };
 
-static double processor_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static struct claimed render(const struct scene *scene, const struct bvh *bvh)
 {
     uint32_t w = scene->view.region_w, h = scene->view.region_h;
     struct claimed picture = {.rgb = allocate((size_t)w * h, 3 * sizeof(float)),
                               .claim = allocate((size_t)w * h, sizeof(double))};
     struct renderer *renderer = renderer_create(scene, bvh);
-    double start = processor_seconds();
+    double start = clock_thread_cpu();
     for (uint32_t i = 0; i < w * h; i++) {
         struct tile tile = {.x = i % w, .y = i / w, .w = 1, .h = 1, .step = 1};
         struct render_counts counts;
@@ -58,7 +51,7 @@ static struct claimed render(const struct scene *scene, const struct bvh *bvh)
         picture.rays += render_counts_rays(&counts);
         picture.bound_rays += counts.bound_rays;
     }
-    picture.seconds = processor_seconds() - start;
+    picture.seconds = clock_thread_cpu() - start;
     renderer_destroy(renderer);
     return picture;
 }
@@ -190,13 +183,6 @@ static void put_summary(FILE *out, const char *name, const struct summary *summa
         fprintf(out, " | |\n");
 }
 
-static FILE *open_output(const char *path)
-{
-    FILE *file = path ? fopen(path, "w") : stdout;
-    if (!file) fatal("%s: %s", path, strerror(errno));
-    return file;
-}
-
 static bool parse_options(int argc, char **argv, struct options *options)
 {
     *options = (struct options){.width = 40, .height = 30};
@@ -264,14 +250,15 @@ int main(int argc, char **argv)
               stderr);
         return 2;
     }
-    FILE *csv = open_output(options.csv), *markdown = open_output(options.markdown);
+    FILE *csv = options.csv ? open_to_write("%s", options.csv) : stdout;
+    FILE *markdown = options.markdown ? open_to_write("%s", options.markdown) : stdout;
     uint64_t broken = 0;
     put_heads(csv, markdown);
     char **files = picture_files(options.quick);
     for (char **file = files; *file; file++)
         broken += run_file(*file, &options, csv, markdown);
     picture_files_free(files);
-    if (csv != stdout) fclose(csv);
-    if (markdown != stdout) fclose(markdown);
+    if (csv != stdout) close_written(csv);
+    if (markdown != stdout) close_written(markdown);
     return broken > 0;
 }

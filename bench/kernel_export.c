@@ -173,14 +173,14 @@ static void dat_solids(FILE *out, const struct scene *scene)
 
 void export_tachyon(const char *path, const struct scene *scene)
 {
-    FILE *out = open_to_write(path);
+    FILE *out = open_to_write("%s", path);
     dat_view(out, &scene->view);
     dat_materials(out, scene);
     dat_lights(out, scene);
     dat_flat(out, scene);
     dat_solids(out, scene);
     fputs("END_SCENE\n", out);
-    close_written(out, path);
+    close_written(out);
 }
 
 /* ---- POV-Ray ---- */
@@ -403,7 +403,7 @@ static void pov_flat(FILE *out, const struct scene *scene)
 
 void export_povray(const char *path, const struct scene *scene)
 {
-    FILE *out = open_to_write(path);
+    FILE *out = open_to_write("%s", path);
     pov_view(out, &scene->view);
     pov_materials(out, scene);
     pov_lights(out, scene);
@@ -413,5 +413,5 @@ void export_povray(const char *path, const struct scene *scene)
     }
     pov_flat(out, scene);
     pov_solids(out, scene);
-    close_written(out, path);
+    close_written(out);
 }

@@ -12,6 +12,7 @@
 
 #include "bench/kernel_report.h"
 #include "bench/kernel_scenes.h"
+#include "bench/outside.h"
 #include "bench/scenes.h"
 #include "common/message.h"
 
@@ -52,19 +53,10 @@ static double number_option(const char *text, double least, double most)
     return value;
 }
 
-/* Whether a word is in a comma-separated list. */
-static bool listed(const char *list, const char *word)
-{
-    size_t length = strlen(word);
-    for (const char *at = list; at; at = strchr(at, ','), at = at ? at + 1 : NULL)
-        if (!strncmp(at, word, length) && (at[length] == ',' || !at[length])) return true;
-    return false;
-}
-
 static void choose_programs(struct options *options, const char *list)
 {
     for (unsigned p = 0; p < PROGRAM_COUNT; p++)
-        options->programs[p] = listed(list, program_names[p]);
+        options->programs[p] = is_listed(list, program_names[p]);
 }
 
 static void read_option(struct options *options, const char *name, const char *value)
@@ -270,7 +262,7 @@ static bool programs_found(const struct options *options)
 static bool is_chosen(const struct options *options, size_t i)
 {
     if (!options->scenes) return all_scenes[i].by_default;
-    return listed(options->scenes, all_scenes[i].name);
+    return is_listed(options->scenes, all_scenes[i].name);
 }
 
 int main(int argc, char **argv)

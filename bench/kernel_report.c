@@ -232,7 +232,7 @@ static void csv_ratio(FILE *out, const struct scene_results *at, unsigned progra
 void report_csv(const char *path, const struct scene_results *results, size_t count)
 {
     static const char *const steps[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
-    FILE *out = open_to_write(path);
+    FILE *out = open_to_write("%s", path);
     fputs("scene,program,step,runs", out);
     for (unsigned m = 0; m < METRIC_COUNT; m++)
         fprintf(out, ",%s", metric_names[m]);
@@ -253,7 +253,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
                 }
                 csv_ratio(out, &results[i], p, s);
             }
-    close_written(out, path);
+    close_written(out);
 }
 
 static void row_begin(FILE *out, const struct scene_results *at)
@@ -367,7 +367,7 @@ static const char inside_the_figures[] = "Medians of rounds in which the program
 
 void report_markdown(const char *path, const struct scene_results *results, size_t count)
 {
-    FILE *out = open_to_write(path);
+    FILE *out = open_to_write("%s", path);
     fputs(inside_the_figures, out);
     markdown_times(out, results, count);
     markdown_rates(out, results, count);
@@ -376,5 +376,5 @@ void report_markdown(const char *path, const struct scene_results *results, size
     fputs("\n```\n", out);
     report_summary(out, results, count);
     fputs("```\n", out);
-    close_written(out, path);
+    close_written(out);
 }

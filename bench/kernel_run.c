@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "bench/kernel_export.h"
+#include "bench/report_values.h"
 #include "common/clock.h"
 #include "common/message.h"
 
@@ -76,20 +77,6 @@ static bool run_command(const struct command *command, const char *log, struct m
     return false;
 }
 
-static char *read_text(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    char *text = NULL;
-    size_t room = 0;
-    if (!file) return copy_text("");
-    if (getdelim(&text, &room, '\0', file) < 0) {
-        free(text);
-        text = copy_text("");
-    }
-    fclose(file);
-    return text;
-}
-
 /* The number after the first `key` in the text, or after the first one that follows `after`; NAN: there is none. */
 static double number_after(const char *text, const char *after, const char *key)
 {
@@ -151,7 +138,7 @@ static struct command farm_command(const struct bench *bench, const struct kerne
 
 static void read_farm(const struct bench *bench, struct measurement *out)
 {
-    char *path = format_text("%s/report.json", bench->folder), *text = read_text(path);
+    char *path = format_text("%s/report.json", bench->folder), *text = report_text(path);
     out->at[RENDER_S] = number_after(text, "\"workers\"", "\"cpu_s\":");
     out->at[RENDER_WALL_S] = number_after(text, "\"time\"", "\"render_s\":");
     /* intersect_s is in wall seconds, for part of which the thread may not have had a core: it is scaled to CPU
@@ -314,7 +301,7 @@ bool run_program(const struct bench *bench, const struct kernel_scene *scene, en
                             step_names[step]);
     bool good = run_command(&command, log, out);
     if (good) {
-        char *text = read_text(log);
+        char *text = report_text(log);
         if (program == PROGRAM_FARM) read_farm(bench, out);
         if (program == PROGRAM_EMBREE) read_embree(text, out);
         if (program == PROGRAM_TACHYON) read_tachyon(text, out);

@@ -4,11 +4,9 @@
  */
 #include "bench/kernel_scenes.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "bench/outside.h"
@@ -23,19 +21,6 @@ struct scene_place {
     const char *folder, *name;
 };
 
-static FILE *open_part(const struct scene_place *place, const char *extension)
-{
-    char *path = format_text("%s/%s.%s", place->folder, place->name, extension);
-    FILE *file = open_to_write(path);
-    free(path);
-    return file;
-}
-
-static void close_part(FILE *file)
-{
-    if (ferror(file) || fclose(file)) fatal("a scene cannot be written: %s", strerror(errno));
-}
-
 static void write_vec(FILE *out, const char *key, struct vec3 v)
 {
     fprintf(out, "%s = %.9g %.9g %.9g\n", key, v.x, v.y, v.z);
@@ -44,7 +29,7 @@ static void write_vec(FILE *out, const char *key, struct vec3 v)
 static FILE *begin_scene(const struct scene_place *place, struct vec3 eye, struct vec3 look_at,
                          struct vec3 up)
 {
-    FILE *out = open_part(place, "ini");
+    FILE *out = open_to_write("%s/%s.ini", place->folder, place->name);
     fputs("[camera]\nfov = 45\n", out);
     write_vec(out, "eye", eye);
     write_vec(out, "look_at", look_at);
@@ -213,7 +198,7 @@ static void write_balls(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"ball", {1, 0.9, 0.7}, 0.5, 0.5, 20, 0.5, 0, 1});
     write_ground(out, 12, -0.5, "ground");
     flake(out, vec3(0, 0, 0), vec3(0, 0, 1), 0.5, depth_for(7381 * scale, 9));
-    close_part(out);
+    close_written(out);
 }
 
 /* ---- tetra: a tetrahedron of tetrahedra ---- */
@@ -241,15 +226,15 @@ static void write_tetra(const struct scene_place *place, double scale)
     write_lights(out, lights, 1);
     write_material(out, &(struct finish){"red", {1, 0.2, 0.2}, 0.95, 0, 1, 0, 0, 1});
     write_mesh(out, place, "red");
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     /* Every level has four times as many, the last one counts. */
     int depth = 0;
     while (4 * pow(4, depth + 1) <= 4096 * scale * (1 + 1e-9))
         depth++;
     const struct vec3 corner[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     tetrahedra(obj, corner, depth);
-    close_part(obj);
+    close_written(obj);
 }
 
 /* ---- mount: foil over glass balls ---- */
@@ -283,10 +268,10 @@ static void write_mount(const struct scene_place *place, double scale)
         double turn = i * PI / 2 + 0.4;
         write_sphere(out, vec3(0.55 * cos(turn), 0.55 * sin(turn), 0.75), 0.22, "glass");
     }
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     height_field(obj, (unsigned)ceil(64 * sqrt(scale)), 0.6, 6);
-    close_part(obj);
+    close_written(obj);
 }
 
 /* ---- rings: chains of rings, tessellated and of cylinders and cones ---- */
@@ -353,13 +338,13 @@ static void write_rings_mesh(const struct scene_place *place, double scale)
     const unsigned edge = 6, around = (unsigned)ceil(48 * sqrt(scale)) + 3, across = around / 3 + 2;
     FILE *out = begin_rings(place, edge);
     write_mesh(out, place, "gold");
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     for (unsigned i = 0; i < edge * edge * 2; i++) {
         struct ring ring = ring_of(edge, i / 2 % edge, i / 2 / edge, i % 2);
         torus(obj, &ring, around, across, (uint64_t)i * around * across + 1);
     }
-    close_part(obj);
+    close_written(obj);
 }
 
 /* A polygon of cylinders with balls at its corners, a cone on every second one. */
@@ -386,7 +371,7 @@ static void write_rings(const struct scene_place *place, double scale)
         struct ring ring = ring_of(edge, i / 2 % edge, i / 2 / edge, i % 2);
         wire_ring(out, &ring, corners);
     }
-    close_part(out);
+    close_written(out);
 }
 
 /* ---- tree: cones and balls ---- */
@@ -421,7 +406,7 @@ static void write_tree(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"leaf", {0.3, 0.65, 0.25}, 0.7, 0.2, 15, 0, 0, 1});
     write_ground(out, 20, 0, "ground");
     branch(out, vec3(0, 0, 0), vec3(0, 0, 1), 1, depth_for(4095 * scale, 2), 1);
-    close_part(out);
+    close_written(out);
 }
 
 /* ---- lattice: glass balls between mirror bars ---- */
@@ -449,7 +434,7 @@ static void write_lattice(const struct scene_place *place, double scale)
             write_cylinder(out, vec_add(p, vec3(0, 0, 0.2)), vec_add(p, vec3(0, 0, 0.8)), 0.06,
                            "bar");
     }
-    close_part(out);
+    close_written(out);
 }
 
 /* ---- million: one mesh of a million triangles ---- */
@@ -461,10 +446,10 @@ static void write_million(const struct scene_place *place, double scale)
     write_lights(out, lights, 2);
     write_material(out, &(struct finish){"rock", {0.75, 0.68, 0.6}, 0.8, 0.15, 12, 0, 0, 1});
     write_mesh(out, place, "rock");
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     height_field(obj, (unsigned)ceil(708 * sqrt(scale)), 0.5, 10);
-    close_part(obj);
+    close_written(obj);
 }
 
 /* ---- planet: a mesh on a ball as large as the earth, with balls above it ---- */
@@ -485,10 +470,10 @@ static void write_planet(const struct scene_place *place, double scale)
         write_sphere(out, vec3(0.6 * cos(turn), 0.6 * sin(turn), 0.5), 0.15, "ball");
     }
     write_mesh(out, place, "rock");
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     height_field(obj, (unsigned)ceil(300 * sqrt(scale)), 0.4, 9);
-    close_part(obj);
+    close_written(obj);
 }
 
 /* ---- pipes: long narrow facets in all directions ---- */
@@ -528,8 +513,8 @@ static void write_pipes(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"floor", {0.6, 0.65, 0.6}, 0.8, 0, 1, 0, 0, 1});
     write_ground(out, 40, -6, "floor");
     write_mesh(out, place, "metal");
-    close_part(out);
-    FILE *obj = open_part(place, "obj");
+    close_written(out);
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     for (unsigned i = 0; i < PIPES; i++) {
         double height = 1 - (2 * i + 1.0) / PIPES, across = sqrt(1 - height * height);
         double turn = 2 * PI * 0.6180339887 * i;
@@ -537,7 +522,7 @@ static void write_pipes(const struct scene_place *place, double scale)
         struct vec3 middle = vec3(i % 4 - 1.5, i / 4 % 4 - 1.5, i % 3 - 1.0);
         pipe(obj, middle, axis, facets, (uint64_t)i * 2 * facets + 1);
     }
-    close_part(obj);
+    close_written(obj);
 }
 
 /* ---- all of them ---- */

@@ -149,13 +149,6 @@ static const struct omission omissions[] = {
 
 #define OMISSIONS (sizeof omissions / sizeof *omissions)
 
-static FILE *create(const char *folder, const char *name)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return open_to_write(path);
-}
-
 /* Waves on a square sheet, with faces for so many sides: 0, 1 or 2. */
 static void write_grid(FILE *file, unsigned edge, double height, unsigned sides, unsigned first)
 {
@@ -174,12 +167,12 @@ static void write_grid(FILE *file, unsigned edge, double height, unsigned sides,
 
 static void write_mesh(const char *folder, const struct contents *contents)
 {
-    FILE *file = create(folder, "omit.obj");
+    FILE *file = open_to_write("%s/omit.obj", folder);
     unsigned edge = contents->grid;
     write_grid(file, edge, -1, contents->two_sided ? 2 : 1, 1);
     if (contents->idle_grid)
         write_grid(file, contents->idle_grid, -2, 0, (edge + 1) * (edge + 1) + 1);
-    fclose(file);
+    close_written(file);
 }
 
 /* A spiral from the middle outwards. */
@@ -217,7 +210,7 @@ static void write_lights(FILE *file, const struct contents *contents)
 
 static void write_scene(const char *folder, const struct contents *contents, unsigned width)
 {
-    FILE *file = create(folder, "omit.ini");
+    FILE *file = open_to_write("%s/omit.ini", folder);
     fprintf(file,
             "[image]\nwidth = %u\nheight = %u\n[camera]\neye = 0 4 6\nlook_at = 0 -0.6 0\n"
             "[render]\nshadows = %s\n",
@@ -229,7 +222,7 @@ static void write_scene(const char *folder, const struct contents *contents, uns
         fprintf(file, "[mesh sheet]\nfile = omit.obj\nmaterial = shiny\n");
         write_mesh(folder, contents);
     }
-    fclose(file);
+    close_written(file);
 }
 
 /* ---- runs ---- */
@@ -342,7 +335,7 @@ static double broadcast_bytes(const struct run *run)
 
 static void write_csv(const struct result *results)
 {
-    FILE *file = create("bench/out", "omit.csv");
+    FILE *file = open_to_write("bench/out/omit.csv");
     fprintf(file, "left_out,time_ratio,least,most,own_s,full_s,own_scene_bytes,"
                   "full_scene_bytes,own_broadcast_bytes,full_broadcast_bytes,own_resident_kib,"
                   "full_resident_kib,saves\n");
@@ -353,7 +346,7 @@ static void write_csv(const struct result *results)
                 r->full.scene_bytes, broadcast_bytes(&r->own), broadcast_bytes(&r->full),
                 r->own.resident_kib, r->full.resident_kib, verdict(r));
     }
-    fclose(file);
+    close_written(file);
 }
 
 static bool any_differs(const struct result *results)
@@ -421,9 +414,9 @@ int main(int argc, char **argv)
         results[i] = compare(&omissions[i], folder, quick ? 40 : 480, pairs);
     remove_scratch(folder);
     if (quick) return !write_tap(results);
-    FILE *file = create("bench/out", "omit.md");
+    FILE *file = open_to_write("bench/out/omit.md");
     write_table(file, results, pairs);
-    fclose(file);
+    close_written(file);
     write_csv(results);
     write_table(stdout, results, pairs);
     return any_differs(results);

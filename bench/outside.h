@@ -1,8 +1,9 @@
-/* Environment variables that benches read, and files that they write. */
+/* Environment variables and lists of names that benches read, and files that they write. */
 #ifndef FARM_BENCH_OUTSIDE_H
 #define FARM_BENCH_OUTSIDE_H
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,19 +19,37 @@ static inline const char *from_environment(const char *name, const char *fallbac
     return value && *value ? value : fallback;
 }
 
-/* Opens a file for writing; ends the program when that fails. */
-static inline FILE *open_to_write(const char *path)
+/* Whether a word is in a list with commas. */
+static inline bool is_listed(const char *list, const char *word)
 {
+    size_t length = strlen(word);
+    for (const char *at = list; at; at = strchr(at, ',')) {
+        if (*at == ',') at++;
+        if (strncmp(at, word, length) == 0 && (at[length] == ',' || at[length] == '\0'))
+            return true;
+    }
+    return false;
+}
+
+/* Opens a file for writing, whose path is formatted as by printf; ends the program when that fails. */
+__attribute__((format(printf, 1, 2))) static inline FILE *open_to_write(const char *format, ...)
+{
+    char path[4096];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(path, sizeof path, format, arguments);
+    va_end(arguments);
     FILE *file = fopen(path, "w");
     if (!file) fatal("%s cannot be written: %s", path, strerror(errno));
     return file;
 }
 
 /* Closes a file; ends the program when not all of it could be written. */
-static inline void close_written(FILE *file, const char *path)
+static inline void close_written(FILE *file)
 {
     bool failed = ferror(file) != 0;
-    if (fclose(file) != 0 || failed) fatal("%s cannot be written", path);
+    if (fclose(file) != 0 || failed)
+        fatal("not all of a file could be written: %s", strerror(errno));
 }
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "bench/outside.h"
 #include "bench/stability.h"
 #include "common/clock.h"
 #include "common/message.h"
@@ -158,8 +159,7 @@ static void run_case(const struct stability_case *c, const struct budget *budget
 static FILE *open_table(const char *path, const char *head)
 {
     if (!path) return NULL;
-    FILE *file = fopen(path, "w");
-    if (!file) fatal("cannot write %s: %s", path, strerror(errno));
+    FILE *file = open_to_write("%s", path);
     fputs(head, file);
     return file;
 }
@@ -242,9 +242,8 @@ int main(int argc, char **argv)
         if (csv) write_csv(csv, c, &result, seconds);
         if (markdown) write_markdown(markdown, c, &result);
     }
-    if (csv && fclose(csv) != 0) fatal("cannot write %s: %s", options.csv, strerror(errno));
-    if (markdown && fclose(markdown) != 0)
-        fatal("cannot write %s: %s", options.markdown, strerror(errno));
+    if (csv) close_written(csv);
+    if (markdown) close_written(markdown);
     printf("%s%u green, %u red, %u marked\n", options.tap ? "# " : "", verdicts[VERDICT_GREEN],
            verdicts[VERDICT_RED], verdicts[VERDICT_MARKED]);
     return verdicts[VERDICT_RED] ? 1 : 0;

@@ -1,33 +1,15 @@
-/* The files of the bench: results in OUT_FOLDER, plots, and kept cost maps. */
+/* The scenes of the bench, and their cost maps, which are kept. */
 #include <glob.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "bench/balance.h"
-#include "bench/outside.h"
 #include "common/message.h"
 
 const struct bench_scene bench_scenes[SCENES] = {
     {"lantern", "config/lantern.ini", 14},
     {"garden", "config/garden.ini", 25},
 };
-
-FILE *open_out(const char *name)
-{
-    char path[256];
-    snprintf(path, sizeof path, OUT_FOLDER "/%s", name);
-    return open_to_write(path);
-}
-
-void plot(const char *script)
-{
-    char command[256];
-    snprintf(command, sizeof command, "cd " OUT_FOLDER " && gnuplot %s", script);
-    if (system(command) != 0) fatal("gnuplot does not like " OUT_FOLDER "/%s", script);
-}
-
-/* ---- what is kept ---- */
 
 #define MAPS_MAX 16
 
