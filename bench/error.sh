@@ -45,6 +45,7 @@ KEPT=$WORK/references
 broken=0 # bounds
 mkdir -p "$WORK/peers" "$KEPT" "$OUT"
 
+. "$HERE/report.sh"
 for part in rows scenes plots runs; do . "$HERE/error/$part.sh"; done
 renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
     "$WORK/balls.ini" "$WORK/specks.ini" "$WORK/dust.ini"

@@ -20,6 +20,7 @@
 # found, or the journal had no tile to be torn. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
+. "$(dirname "$0")/report.sh"
 runs=${1:-300} state=${2:-1} out=${3:-}
 [ "$runs" -gt 0 ] || { echo "faults.sh: expected a number of runs, not $runs" >&2; exit 2; }
 FARM=$(realpath "${FARM:-./farm}")
@@ -128,8 +129,6 @@ other_way() { # chooses processes and settings that do not change the picture
     pick 4; case $number in 0) way=farm.schedule=tiles ;; 1) way=farm.schedule=strips ;; 2) way=farm.schedule=cyclic ;; *) way=farm.schedule=dynamic ;; esac
     pick 3; [ "$number" -gt 0 ] || way="$way farm.tile=24"
 }
-
-field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
 
 # samples_for SECONDS: the number of samples per pixel with which rendering takes FAULTS_SECONDS if it takes SECONDS
 # with 16; at least 16, at most 65536. SECONDS are CPU seconds: with wall seconds of a busy moment, runs would be too
@@ -240,7 +239,7 @@ go_on() {
     start $n output.image=a.pfm $way
     finish
     [ $status -eq 0 ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
-    taken=$(field records) s=$(field seconds_saved) again=$(field seconds_repeated)
+    taken=$(of a.json resumed records) s=$(of a.json resumed seconds_saved) again=$(of a.json resumed seconds_repeated)
     taken=${taken:-0} s=${s:-0} again=${again:-0}
     # The record with the inverted bit may be an incomplete one, which is lost anyway.
     [ "$taken" -ge "$records" ] || lost=$((lost + records - taken))

@@ -6,6 +6,7 @@
 # writes the journal, which other programs do not affect. FARM, COST_SCENE and COST_SIZE select what is rendered.
 set -u
 export LC_ALL=C # figures with a decimal point
+. "$(dirname "$0")/report.sh"
 pairs=${1:-7} out=${2:-}
 FARM=$(realpath "${FARM:-./farm}")
 SCENE=$(realpath "${COST_SCENE:-config/lantern.ini}")
@@ -26,7 +27,7 @@ one() {
         times >t # of this shell, which a pipe would not be
         awk 'NR == 2 { for (i = 1; i <= 2; i++) { split($i, t, /[ms]/); s += 60 * t[1] + t[2] } print s }' t
     ) || exit 1
-    echo "$cpu $(sed -n 's/.*"render_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)" >>"$1"
+    echo "$cpu $(of a.json time render_s)" >>"$1"
 }
 
 for i in $(seq "$pairs"); do
@@ -46,7 +47,6 @@ wait $farm || exit 1
 [ -s spent ] || { echo "faults_cost.sh: no thread of a journal was seen" >&2; exit 1; }
 render=$(sed -n '/"workers"/,/\]/s/.*"cpu_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
 
-median() { sort -n | awk '{ v[NR] = $1 } END { m = int((NR + 1) / 2); print NR % 2 ? v[m] : (v[m] + v[m + 1]) / 2 }'; }
 ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | median; }
 {
     echo "pair,with_cpu_s,with_render_s,without_cpu_s,without_render_s"

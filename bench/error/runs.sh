@@ -1,11 +1,4 @@
-# Runs of the farm, and what their reports say.
-
-# value FILE KEY: a number of a report.
-value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
-# of FILE OBJECT KEY: a number in an object of a report.
-of() { sed -n "/^  \"$2\": {/,/^  }/s/.*\"$3\": \"\{0,1\}\([^\",}]*\).*/\1/p" "$1" | head -n 1; }
-# cpu_of FILE: CPU seconds of rendering, serving and planning in a report.
-cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\),.*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
+# Runs of the farm.
 
 # farm NAME SCENE OVERRIDE...: renders to $WORK/NAME.pfm and .json
 farm() {
@@ -15,17 +8,10 @@ farm() {
         { cat "$WORK/$name.log" >&2; exit 1; }
 }
 
-# The median of numbers, one per line.
-median() { sort -n | awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
-median_of() { for t; do echo "$t"; done | median; }
 # Calls farm() REPEAT times; sets cpu to the median of its CPU seconds.
 farm_repeated() {
-    times=
-    for _ in $(seq "$REPEAT"); do
-        farm "$@"
-        times="$times $(cpu_of "$WORK/$1.json")"
-    done
-    cpu=$(median_of $times)
+    farm "$@"
+    farm_repeated_on "$@"
 }
 # The same for runs that take at most SHORT CPU seconds; longer ones are made once.
 SHORT=2
@@ -33,7 +19,11 @@ farm_if_short_repeated() {
     farm "$@"
     cpu=$(cpu_of "$WORK/$1.json")
     awk "BEGIN { exit !($cpu < $SHORT) }" || return 0
-    times=$cpu
+    farm_repeated_on "$@"
+}
+# What is left of the repetitions after the first run.
+farm_repeated_on() {
+    times=$(cpu_of "$WORK/$1.json")
     for _ in $(seq 2 "$REPEAT"); do
         farm "$@"
         times="$times $(cpu_of "$WORK/$1.json")"
