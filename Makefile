@@ -296,7 +296,7 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 # for more; bench/error.sh has all of them.
 ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_fields.c \
               bench/error_lattice.c bench/error_scale.c bench/kernel_export.c bench/kernel_picture.c \
-              bench/kernel_scenes.c bench/scenes.c)
+              bench/kernel_scenes.c bench/median.c bench/scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 	$(call link,$(LIBS))

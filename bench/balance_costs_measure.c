@@ -29,25 +29,10 @@ static double clock_cost(void)
     return least;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const float *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
-/* Reduces the `rounds` measurements of each tile, which are adjacent in `all`, to their median. */
-static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
-{
-    for (size_t i = 0; i < tiles; i++) {
-        qsort(all + i * rounds, rounds, sizeof *all, ascending);
-        out[i] = all[i * rounds + rounds / 2];
-    }
-}
-
 /* The state of measuring: `count` measurements of each tile, at all levels, and of shares. */
 struct rounds {
     unsigned count, round;
-    float *all[COST_LEVELS];
+    double *all[COST_LEVELS];
     double clock; /* seconds that reading it takes */
     uint64_t renderers;
     double *shares; /* seconds: per share (as measure_shares() numbers them) and round */
@@ -66,7 +51,7 @@ static void measure_tile(const struct cost_target *target, struct rounds *rounds
     double start = clock_thread_cpu();
     render_tile(target, &tile);
     double seconds = fmax(0, clock_thread_cpu() - start - rounds->clock);
-    rounds->all[level][i * rounds->count + rounds->round] = (float)seconds;
+    rounds->all[level][i * rounds->count + rounds->round] = seconds;
 }
 
 /* Measures a tile of the largest level, at all levels in turn. So disturbances by other processes affect all
@@ -123,7 +108,7 @@ static void measure_levels(const struct cost_target *target, struct rounds *roun
 {
     struct tile_costs *map = target->map;
     for (unsigned level = 0; level < COST_LEVELS; level++)
-        rounds->all[level] = allocate(level_tiles(map, level) * rounds->count, sizeof(float));
+        rounds->all[level] = allocate(level_tiles(map, level) * rounds->count, sizeof(double));
     for (; rounds->round < rounds->count; rounds->round++) {
         fprintf(stderr, "measuring the costs of %s, %u x %u, %u sample%s: round %u of %u\n", config,
                 map->width, map->height, map->samples, map->samples == 1 ? "" : "s",
@@ -135,8 +120,9 @@ static void measure_levels(const struct cost_target *target, struct rounds *roun
     }
     for (unsigned level = 0; level < COST_LEVELS; level++) {
         map->levels[level] = allocate(level_tiles(map, level), sizeof(float));
-        keep_medians(map->levels[level], rounds->all[level], level_tiles(map, level),
-                     rounds->count);
+        for (size_t i = 0; i < level_tiles(map, level); i++)
+            map->levels[level][i] =
+                (float)median_of(rounds->all[level] + i * rounds->count, rounds->count);
         free(rounds->all[level]);
     }
 }

@@ -2,27 +2,26 @@
  * The main program of `make bench-balance`: how evenly the work is distributed, in real runs and in virtual
  * time.
  *
- *   balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]
+ *   balance [--only SECTION[,SECTION...]] [--rounds N]
  *   balance --scene FILE [--samples N] [--rounds N]
  *
- * Sections that are not run again keep their last results; --fresh discards all of them, including the measured
- * costs, as a run of all sections does. --scene only simulates how another scene would be distributed. --rounds:
- * how often every tile is timed for its cost (3). Exit status 1: a picture of many ranks differed from that of
- * one.
+ * Sections that are not run again keep their last results, and the measured costs; a run of all sections discards
+ * them. --scene only simulates how another scene would be distributed. --rounds: how often every tile is timed for its
+ * cost (3). Exit status 1: a picture of many ranks differed from that of one.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench/balance.h"
+#include "bench/outside.h"
 #include "common/message.h"
 #include "common/number.h"
 
 static void put_usage(FILE *out)
 {
-    fputs("usage: balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]\n"
+    fputs("usage: balance [--only SECTION[,SECTION...]] [--rounds N]\n"
           "       balance --scene FILE [--samples N] [--rounds N]\n"
           "  --only       these sections alone; the others keep what they said the last time\n"
-          "  --fresh      forgets that, and the costs that were measured\n"
           "  --scene      how another scene would be shared out, simulated, and nothing else\n"
           "  --samples N  of each of its pixels (1)\n"
           "  --rounds N   how often every tile is timed for its cost (3)\n"
@@ -49,11 +48,6 @@ static bool is_count(const char *text, uint32_t *count)
     return number_parse_unsigned(text, count) && *count > 0;
 }
 
-static void forget_all(void)
-{
-    if (system("rm -f " KEPT_FOLDER "/*") != 0) fatal("cannot empty " KEPT_FOLDER);
-}
-
 /* Whether pictures were the same wherever they were compared. */
 static bool pictures_are_same(void)
 {
@@ -67,7 +61,6 @@ static bool pictures_are_same(void)
 int main(int argc, char **argv)
 {
     const char *only = NULL, *scene = NULL;
-    bool fresh = false;
     uint32_t samples = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
@@ -75,8 +68,6 @@ int main(int argc, char **argv)
             return 0;
         } else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && sections_known(argv[i + 1]))
             only = argv[++i];
-        else if (strcmp(argv[i], "--fresh") == 0)
-            fresh = true;
         else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
             scene = argv[++i];
         else if (strcmp(argv[i], "--samples") == 0 && i + 1 < argc &&
@@ -88,16 +79,16 @@ int main(int argc, char **argv)
         else
             refuse(argv[i]);
     }
-    if (scene && (only || fresh)) end_with("--scene goes with neither --only nor --fresh");
+    if (scene && only) end_with("--scene goes without --only");
     if (samples > 0 && !scene) end_with("--samples is for --scene alone");
-    if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
+    if (run_shell("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     if (scene) {
         values_read();
         compare_schedules(scene, samples > 0 ? samples : 1);
         values_write();
         return 0;
     }
-    if (fresh || !only) forget_all();
+    if (!only && run_shell("rm -f " KEPT_FOLDER "/*") != 0) fatal("cannot empty " KEPT_FOLDER);
     values_read();
     sections_run(only);
     return pictures_are_same() ? 0 : 1;

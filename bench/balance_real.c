@@ -7,6 +7,7 @@
 #include "bench/balance_run.h"
 #include "bench/balance_trace.h"
 #include "bench/median.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 #define SAMPLES   16
@@ -22,10 +23,7 @@
 
 static bool same_bits(const char *a, const char *b)
 {
-    char *command = format_text("cmp -s %s %s", a, b);
-    int status = system(command);
-    free(command);
-    return status == 0;
+    return run_shell("cmp -s %s %s", a, b) == 0;
 }
 
 /* ---- one processor against two ---- */

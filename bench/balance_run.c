@@ -65,7 +65,7 @@ static char *command_of(const char *launch, const char *picture)
 /* Frees the command. */
 static void run_command(char *command, const char *picture)
 {
-    if (system(command) != 0) fatal("failed, see %s.log: %s", picture, command);
+    if (run_shell("%s", command) != 0) fatal("failed, see %s.log: %s", picture, command);
     free(command);
 }
 

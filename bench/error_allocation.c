@@ -140,13 +140,12 @@ static struct total uniform(const struct pixel *pixels, uint32_t count, uint32_t
 
 /* The level with the least error + lambda cost, by the errors of one half of the runs; lowest: the lowest level
  * that is allowed. */
-static uint32_t choose(const struct pixel *pixel, uint32_t half, uint32_t lowest, double lambda,
-                       double cost)
+static uint32_t choose(const struct pixel *pixel, uint32_t half, uint32_t lowest, double lambda)
 {
     uint32_t best = lowest;
     double least = HUGE_VAL;
     for (uint32_t level = lowest; level < LEVELS; level++) {
-        double sum = pixel->error[half][level] + lambda * cost * samples_of(level);
+        double sum = pixel->error[half][level] + lambda * pixel->cost * samples_of(level);
         if (sum < least) {
             least = sum;
             best = level;
@@ -161,7 +160,7 @@ static struct total allocated(const struct pixel *pixels, uint32_t count, uint32
     struct total total = {0, 0, 0};
     for (uint32_t i = 0; i < count; i++) {
         for (uint32_t half = 0; half < 2; half++) {
-            uint32_t level = choose(&pixels[i], half, lowest, lambda, pixels[i].cost);
+            uint32_t level = choose(&pixels[i], half, lowest, lambda);
             total.error += pixels[i].error[1 - half][level] / 2;
             total.cost += pixels[i].cost * samples_of(level) / 2;
             total.samples += samples_of(level) / 2;
@@ -214,10 +213,10 @@ static void put_row(const char *name, const struct pixel *pixels, uint32_t count
     putchar('\n');
 }
 
-void allocation_measure(struct scene *scene, const char *name, uint32_t about)
+void allocation_measure(struct scene *scene, const char *name)
 {
     struct bvh *bvh = scene_tree(scene);
-    struct lattice lattice = lattice_create(&scene->view, about ? about : ALLOCATION_PIXELS);
+    struct lattice lattice = lattice_create(&scene->view, ALLOCATION_PIXELS);
     struct block *blocks = allocate_zeroed(lattice.count, sizeof *blocks);
     render_runs(scene, bvh, &lattice, blocks);
     uint32_t count = lattice.count * LATTICE_PIXELS;

@@ -6,12 +6,12 @@
 #include "common/scene.h"
 
 /*
- * Measures the gain for a scene and prints a table. A lattice of blocks of the picture, of about `pixels` pixels
- * together (0: ALLOCATION_PIXELS), is rendered ALLOCATION_RUNS times with different random numbers, and its CPU
- * time is measured block by block. Changes the scene's view.
+ * Measures the gain for a scene and prints a table. A lattice of blocks of the picture, of about ALLOCATION_PIXELS
+ * pixels together, is rendered ALLOCATION_RUNS times with different random numbers, and its CPU time is measured block
+ * by block. Changes the scene's view.
  */
 #define ALLOCATION_PIXELS 6000u
 #define ALLOCATION_RUNS   16u
-void allocation_measure(struct scene *scene, const char *name, uint32_t pixels);
+void allocation_measure(struct scene *scene, const char *name);
 
 #endif

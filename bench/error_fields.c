@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "bench/median.h"
 #include "common/hash.h"
 #include "common/message.h"
 #include "master/adaptive.h"
@@ -289,18 +290,12 @@ static void measure_field(struct outcome *outcome, uint64_t seed)
     outcome->fields += !held;
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Prints a row of quantiles; sorts and frees the ratios. */
 static void print_ratios(const char *name, struct ratios *it)
 {
     const double parts[] = {0.01, 0.05, 0.5, 0.95, 0.99};
     if (it->count == 0) return;
-    qsort(it->ratios, it->count, sizeof *it->ratios, compare);
+    sort_values(it->ratios, it->count);
     printf("| %s | %zu |", name, it->count);
     for (uint32_t k = 0; k < sizeof parts / sizeof *parts; k++)
         printf(" %.2f |", exp(it->ratios[(size_t)((double)(it->count - 1) * parts[k])]));

@@ -66,7 +66,7 @@ static int allocation(const char *name, const char *config, const char *const *o
 {
     struct scene *scene = scene_load(config, overrides, REACH_ANYWHERE);
     if (!scene) return EXIT_FAILURE;
-    allocation_measure(scene, name, 0);
+    allocation_measure(scene, name);
     free(scene);
     return EXIT_SUCCESS;
 }

@@ -1,5 +1,5 @@
 /*
- * kernel_embree [--primary SAMPLES] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE ...]
+ * kernel_embree [--primary] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE ...]
  *
  * Renders a scene of the farm with Embree, on one thread, and prints what it took: a name and a number per line.
  * Without --primary it renders the whole picture with single rays; with it, primary rays alone in coherent
@@ -15,16 +15,17 @@
 #include "bench/scenes.h"
 #include "common/clock.h"
 #include "common/message.h"
+#include "master/image_file.h"
 
 struct options {
-    unsigned primary; /* samples; 0: the whole picture */
+    bool primary; /* primary rays alone; false: the whole picture */
     const char *image, *config;
     const char *const *overrides;
 };
 
 static _Noreturn void usage(void)
 {
-    fputs("usage: kernel_embree [--primary SAMPLES] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE "
+    fputs("usage: kernel_embree [--primary] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE "
           "...]\n",
           stderr);
     exit(2);
@@ -34,11 +35,11 @@ static struct options parse_options(int argc, char **argv)
 {
     struct options options = {0};
     int i = 1;
-    for (; i + 1 < argc && argv[i][0] == '-'; i += 2) {
+    for (; i + 1 < argc && argv[i][0] == '-'; i++) {
         if (!strcmp(argv[i], "--primary"))
-            options.primary = (unsigned)strtoul(argv[i + 1], NULL, 10);
+            options.primary = true;
         else if (!strcmp(argv[i], "--image"))
-            options.image = argv[i + 1];
+            options.image = argv[++i];
         else
             usage();
     }
@@ -46,17 +47,6 @@ static struct options parse_options(int argc, char **argv)
     options.config = argv[i++];
     options.overrides = (const char *const *)&argv[i];
     return options;
-}
-
-/* The rows of a PFM file go from the bottom to the top. */
-static void write_pfm(const char *path, const struct view *view, const float *rgb)
-{
-    FILE *file = fopen(path, "wb");
-    if (!file) fatal("%s cannot be written", path);
-    fprintf(file, "PF\n%u %u\n-1.0\n", view->width, view->height);
-    for (uint32_t y = view->height; y-- > 0;)
-        fwrite(rgb + 3 * (size_t)y * view->width, 3 * sizeof *rgb, view->width, file);
-    if (ferror(file) || fclose(file)) fatal("%s cannot be written", path);
 }
 
 /* Bytes that Embree holds: called from one thread. */
@@ -90,11 +80,11 @@ static void render_picture(const struct model *model, float *rgb)
            (unsigned long long)rays[KIND_REFLECTION], (unsigned long long)rays[KIND_REFRACTION]);
 }
 
-static void render_primary(const struct model *model, unsigned samples, float *rgb)
+static void render_primary(const struct model *model, float *rgb)
 {
     struct packet_times times;
     double cpu = clock_thread_cpu();
-    trace_primary(model, samples, rgb, &times);
+    trace_primary(model, rgb, &times);
     printf("render_cpu_s %.6f\n", clock_thread_cpu() - cpu);
     printf("packet_width %u\nprimary %llu\nhits %llu\nintersect_s %.6f\nrender_s %.6f\n",
            times.width, (unsigned long long)times.rays, (unsigned long long)times.hits,
@@ -129,17 +119,17 @@ int main(int argc, char **argv)
            (unsigned long long)triangles, (unsigned long long)scene_primitive_count(scene),
            (long long)memory.now, (long long)memory.most, (unsigned long long)model->own_bytes);
 
-    const struct view *view = &scene->view;
-    float *rgb = allocate_zeroed((size_t)view->width * view->height, 3 * sizeof *rgb);
+    struct canvas picture;
+    canvas_init(&picture, scene->view.width, scene->view.height);
     if (options.primary)
-        render_primary(model, options.primary, rgb);
+        render_primary(model, picture.rgb);
     else
-        render_picture(model, rgb);
-    if (options.image) write_pfm(options.image, view, rgb);
-    free(rgb);
+        render_picture(model, picture.rgb);
+    bool good = !options.image || image_write(options.image, &picture, NULL);
+    canvas_free(&picture);
     model_destroy(model);
     free(model);
     rtcReleaseDevice(device);
     free(scene);
-    return 0;
+    return good ? 0 : 1;
 }

@@ -145,7 +145,7 @@ void model_create(struct model *model, const struct scene *scene, RTCDevice devi
 void model_destroy(struct model *model);
 
 /* The callbacks of cones, boxes and discs. */
-void solids_attach(RTCGeometry geometry, enum primitive_kind kind);
+void solids_attach(RTCGeometry geometry);
 
 /* ---- rays ---- */
 
@@ -180,9 +180,18 @@ struct packet_times {
     uint64_t rays, hits;
 };
 
-/* Renders primary rays alone, in coherent packets of the samples of a pixel; rgb as above. */
-void trace_primary(const struct model *model, unsigned samples, float *rgb,
-                   struct packet_times *times);
+/* Renders primary rays alone, in coherent packets; rgb as above. */
+void trace_primary(const struct model *model, float *rgb, struct packet_times *times);
+
+/* The direction of the ray through a point of the picture, in pixels from its upper left corner; unit. */
+static inline struct f3 primary_direction(const struct view *view, float x, float y)
+{
+    float height = (float)view->height, width = (float)view->width;
+    struct f3 direction = f3_of(view->camera.forward);
+    direction = f3_add_scaled(direction, f3_of(view->camera.right), (2 * x - width) / height);
+    direction = f3_add_scaled(direction, f3_of(view->camera.down), (2 * y - height) / height);
+    return f3_normalize(direction);
+}
 
 struct f3 sky_color(const struct view *view, struct f3 direction);
 

@@ -157,7 +157,7 @@ static void attach_part(struct model *model, struct part *part, unsigned id)
     } else {
         fill_solids(model, part);
         rtcSetGeometryUserPrimitiveCount(geometry, part->count);
-        solids_attach(geometry, part->kind);
+        solids_attach(geometry);
     }
     if (part->transparent && type != RTC_GEOMETRY_TYPE_USER)
         rtcSetGeometryOccludedFilterFunction(geometry, filter_shadow);

@@ -9,19 +9,15 @@
 #define CHUNK                                                                                      \
     256 /* packets between two readings of the clock: 100 kB, within the second-level cache */
 
-/* Steps of the R2 sequence (M. Roberts, 2018), which distributes samples evenly over a pixel. */
-#define STEP_X 0.754877666f
-#define STEP_Y 0.569840291f
-
 /* Pixels are rendered in squares of this edge, one after the other, and in Z-order within a square: so 16
- * consecutive rays are as close to each other as possible for 1, 4 or 16 samples. */
+ * consecutive rays are as close to each other as possible. */
 #define SQUARE 16
 
 struct packets {
     const struct model *model;
     const struct view *view;
-    unsigned width, samples;
-    uint64_t next, end; /* rays */
+    unsigned width;
+    uint64_t next, end; /* rays: one through the middle of each pixel */
     union {
         struct RTCRayHit16 wide[CHUNK];
         struct RTCRayHit8 narrow[CHUNK];
@@ -44,19 +40,6 @@ static uint32_t pixel_of(const struct view *view, uint64_t k)
     return y * view->width + x;
 }
 
-static struct f3 primary_direction(const struct packets *packets, uint32_t pixel, unsigned sample)
-{
-    const struct view *view = packets->view;
-    float height = (float)view->height, width = (float)view->width;
-    float dx = 0.5f + (float)sample * STEP_X, dy = 0.5f + (float)sample * STEP_Y;
-    float x = (float)(pixel % view->width) + (dx - floorf(dx));
-    float y = (float)(pixel / view->width) + (dy - floorf(dy));
-    struct f3 direction = f3_of(view->camera.forward);
-    direction = f3_add_scaled(direction, f3_of(view->camera.right), (2 * x - width) / height);
-    direction = f3_add_scaled(direction, f3_of(view->camera.down), (2 * y - height) / height);
-    return f3_normalize(direction);
-}
-
 /* Writes one ray into a packet of width N, which is a structure of arrays. */
 #define SET_RAY(packet, i, eye, d)                                                                 \
     do {                                                                                           \
@@ -74,9 +57,10 @@ static unsigned fill_packets(struct packets *packets)
     struct f3 eye = f3_of(packets->view->camera.eye);
     unsigned count = 0, room = CHUNK * packets->width;
     for (; count < room && packets->next < packets->end; count++, packets->next++) {
-        uint32_t pixel = pixel_of(packets->view, packets->next / packets->samples);
-        unsigned sample = (unsigned)(packets->next % packets->samples);
-        struct f3 d = primary_direction(packets, pixel, sample);
+        const struct view *view = packets->view;
+        uint32_t pixel = pixel_of(view, packets->next);
+        struct f3 d = primary_direction(view, (float)(pixel % view->width) + 0.5f,
+                                        (float)(pixel / view->width) + 0.5f);
         unsigned packet = count / packets->width, i = count % packets->width;
         packets->pixels[count] = pixel;
         if (packets->width == WIDE)
@@ -87,33 +71,26 @@ static unsigned fill_packets(struct packets *packets)
     return count;
 }
 
-static void intersect_wide(const struct model *model, const int *valid, struct RTCRayHit16 *packet)
+/* Intersects the p-th packet. */
+static void intersect(struct packets *packets, const int *valid, unsigned p)
 {
+    RTCScene rtc = packets->model->rtc;
 #if EMBREE_VERSION == 4
     struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    rtcIntersect16(valid, model->rtc, packet, &arguments);
+    if (packets->width == WIDE)
+        rtcIntersect16(valid, rtc, &packets->at.wide[p], &arguments);
+    else
+        rtcIntersect8(valid, rtc, &packets->at.narrow[p], &arguments);
 #else
     query_context context;
     context_init(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(valid, model->rtc, &context, packet);
-#endif
-}
-
-static void intersect_narrow(const struct model *model, const int *valid, struct RTCRayHit8 *packet)
-{
-#if EMBREE_VERSION == 4
-    struct RTCIntersectArguments arguments;
-    rtcInitIntersectArguments(&arguments);
-    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    rtcIntersect8(valid, model->rtc, packet, &arguments);
-#else
-    query_context context;
-    context_init(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect8(valid, model->rtc, &context, packet);
+    if (packets->width == WIDE)
+        rtcIntersect16(valid, rtc, &context, &packets->at.wide[p]);
+    else
+        rtcIntersect8(valid, rtc, &context, &packets->at.narrow[p]);
 #endif
 }
 
@@ -123,10 +100,7 @@ static void intersect_packets(struct packets *packets, unsigned count)
         _Alignas(64) int valid[WIDE];
         for (unsigned i = 0; i < packets->width; i++)
             valid[i] = first + i < count ? -1 : 0;
-        if (packets->width == WIDE)
-            intersect_wide(packets->model, valid, &packets->at.wide[p]);
-        else
-            intersect_narrow(packets->model, valid, &packets->at.narrow[p]);
+        intersect(packets, valid, p);
     }
 }
 
@@ -152,15 +126,14 @@ static uint64_t color_packets(const struct packets *packets, unsigned count, flo
             hits++;
         }
         float *out = &rgb[3 * (size_t)packets->pixels[k]];
-        out[0] += color.x;
-        out[1] += color.y;
-        out[2] += color.z;
+        out[0] = color.x;
+        out[1] = color.y;
+        out[2] = color.z;
     }
     return hits;
 }
 
-void trace_primary(const struct model *model, unsigned samples, float *rgb,
-                   struct packet_times *times)
+void trace_primary(const struct model *model, float *rgb, struct packet_times *times)
 {
     const struct view *view = &model->scene->view;
     if (view->width % SQUARE || view->height % SQUARE)
@@ -171,9 +144,8 @@ void trace_primary(const struct model *model, unsigned samples, float *rgb,
     packets->model = model;
     packets->view = view;
     packets->width = wide ? WIDE : WIDE / 2;
-    packets->samples = samples;
     packets->next = 0;
-    packets->end = (uint64_t)view->width * view->height * samples;
+    packets->end = (uint64_t)view->width * view->height;
     *times = (struct packet_times){.width = packets->width, .rays = packets->end};
     double start = clock_wall();
     for (unsigned count; (count = fill_packets(packets)) > 0;) {
@@ -183,7 +155,5 @@ void trace_primary(const struct model *model, unsigned samples, float *rgb,
         times->hits += color_packets(packets, count, rgb);
     }
     times->total_s = clock_wall() - start;
-    for (size_t i = 0; i < 3 * (size_t)view->width * view->height; i++)
-        rgb[i] /= (float)samples;
     free(packets);
 }

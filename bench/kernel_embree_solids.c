@@ -244,9 +244,8 @@ static void solid_bounds(const struct RTCBoundsFunctionArguments *arguments)
     *arguments->bounds_o = (struct RTCBounds){low.x, low.y, low.z, 0, high.x, high.y, high.z, 0};
 }
 
-void solids_attach(RTCGeometry geometry, enum primitive_kind kind)
+void solids_attach(RTCGeometry geometry)
 {
-    (void)kind;
     rtcSetGeometryBoundsFunction(geometry, solid_bounds, NULL);
     rtcSetGeometryIntersectFunction(geometry, intersect_solid);
     rtcSetGeometryOccludedFunction(geometry, occlude_solid);

@@ -294,15 +294,11 @@ static struct f3 trace_pixel(struct tracer *tracer, struct f3 eye, struct f3 dir
 static void trace_square(struct tracer *tracer, uint32_t x0, uint32_t y0, float *rgb)
 {
     const struct view *view = &tracer->model->scene->view;
-    struct f3 eye = f3_of(view->camera.eye), forward = f3_of(view->camera.forward);
-    struct f3 right = f3_of(view->camera.right), down = f3_of(view->camera.down);
-    float height = (float)view->height, width = (float)view->width;
+    struct f3 eye = f3_of(view->camera.eye);
     for (uint32_t y = y0; y < y0 + SQUARE && y < view->height; y++)
         for (uint32_t x = x0; x < x0 + SQUARE && x < view->width; x++) {
-            float u = (2 * ((float)x + 0.5f) - width) / height;
-            float v = (2 * ((float)y + 0.5f) - height) / height;
-            struct f3 direction = f3_add_scaled(f3_add_scaled(forward, right, u), down, v);
-            struct f3 color = trace_pixel(tracer, eye, f3_normalize(direction));
+            struct f3 direction = primary_direction(view, (float)x + 0.5f, (float)y + 0.5f);
+            struct f3 color = trace_pixel(tracer, eye, direction);
             float *out = &rgb[3 * ((size_t)y * view->width + x)];
             out[0] = color.x;
             out[1] = color.y;

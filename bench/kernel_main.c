@@ -21,12 +21,11 @@ static _Noreturn void usage(const char *why)
     fprintf(stderr,
             "kernel: %s\n"
             "usage: kernel [--scenes NAME,NAME] [--programs farm,embree,tachyon,povray]\n"
-            "              [--repeat N] [--scale F] [--size WxH] [--samples N] [--steps no]\n"
+            "              [--repeat N] [--scale F] [--size WxH] [--steps no]\n"
             "              [--folder DIR] [--farm PROGRAM] [--embree PROGRAM]\n"
             "              [--csv FILE] [--markdown FILE] [--montage FILE.png]\n"
             "  --scenes     all but pipes, which Tachyon takes minutes for\n"
             "  --scale F    multiplies the number of primitives of the generated scenes\n"
-            "  --samples N  per pixel, where primary rays alone are measured\n"
             "  --steps no   the picture alone: no rates by kind of ray\n"
             "  --montage    all pictures, half as large: a row for each scene, a column for each "
             "program\n",
@@ -70,8 +69,6 @@ static void read_option(struct options *options, const char *name, const char *v
         options->repeat = (unsigned)number_option(value, 1, REPEAT_MAX);
     else if (!strcmp(name, "--scale"))
         options->scale = number_option(value, 1e-3, 1e2);
-    else if (!strcmp(name, "--samples"))
-        bench->samples = (unsigned)number_option(value, 1, 4096);
     else if (!strcmp(name, "--steps"))
         options->steps = strcmp(value, "no") != 0;
     else if (!strcmp(name, "--folder"))
@@ -97,8 +94,7 @@ static struct options parse_options(int argc, char **argv)
                   .embree = "build/bench/kernel_embree",
                   .folder = "build/bench/kernel.out",
                   .width = 640,
-                  .height = 480,
-                  .samples = 1},
+                  .height = 480},
         .programs = {true, true, true, true},
         .scale = 1,
         .repeat = 5,

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "bench/kernel_export.h"
+#include "bench/outside.h"
 #include "bench/report_values.h"
 #include "common/clock.h"
 #include "common/message.h"
@@ -108,14 +109,13 @@ static char *output_path(const struct bench *bench, const struct kernel_scene *s
 
 /* Adds the settings, which are the same for the farm and for Embree's program, as that loads its scenes by the
  * farm's loader. */
-static void add_settings(struct command *command, const struct bench *bench, enum step step,
-                         bool samples)
+static void add_settings(struct command *command, const struct bench *bench, enum step step)
 {
     add_word(command, format_text("image.width=%u", bench->width));
     add_word(command, format_text("image.height=%u", bench->height));
     add_word(command, format_text("image.region=0 0 %u %u", bench->width, bench->height));
     add_word(command, format_text("render.max_depth=%d", step == STEP_PICTURE ? 20 : 0));
-    add_word(command, format_text("sampling.samples=%u", samples ? bench->samples : 1));
+    add_word(command, copy_text("sampling.samples=1"));
     if (step == STEP_PRIMARY || step == STEP_SHADOWLESS)
         add_word(command, copy_text("render.shadows=no"));
 }
@@ -128,7 +128,7 @@ static struct command farm_command(const struct bench *bench, const struct kerne
     add_word(&command, copy_text(bench->farm));
     add_word(&command, copy_text("--allow-outside")); /* the sample scenes' meshes */
     add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
-    add_settings(&command, bench, step, step == STEP_PRIMARY);
+    add_settings(&command, bench, step);
     add_word(&command, format_text("output.image=%s", image));
     add_word(&command, format_text("output.report=%s/report.json", bench->folder));
     add_word(&command, copy_text("output.journal=")); /* all tiles are this run's own */
@@ -167,14 +167,11 @@ static struct command embree_command(const struct bench *bench, const struct ker
 {
     struct command command = {0};
     add_word(&command, copy_text(bench->embree));
-    if (step == STEP_PRIMARY) {
-        add_word(&command, copy_text("--primary"));
-        add_word(&command, format_text("%u", bench->samples));
-    }
+    if (step == STEP_PRIMARY) add_word(&command, copy_text("--primary"));
     add_word(&command, copy_text("--image"));
     add_word(&command, output_path(bench, scene, PROGRAM_EMBREE, step));
     add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
-    add_settings(&command, bench, step, false);
+    add_settings(&command, bench, step);
     return command;
 }
 
@@ -257,10 +254,7 @@ bool program_found(const struct bench *bench, enum program program)
     static const char *const installed[PROGRAM_COUNT] = {NULL, NULL, "tachyon", "povray"};
     if (program == PROGRAM_FARM) return access(bench->farm, X_OK) == 0;
     if (program == PROGRAM_EMBREE) return access(bench->embree, X_OK) == 0;
-    char *command = format_text("command -v %s >/dev/null", installed[program]);
-    bool found = system(command) == 0;
-    free(command);
-    return found;
+    return run_shell("command -v %s >/dev/null", installed[program]) == 0;
 }
 
 void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,

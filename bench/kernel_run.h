@@ -15,7 +15,7 @@ extern const char *const program_names[PROGRAM_COUNT];
 enum step {
     STEP_PICTURE,    /* everything */
     STEP_DIRECT,     /* primary rays and shadows */
-    STEP_PRIMARY,    /* many primary rays alone, without lights; with Embree in packets */
+    STEP_PRIMARY,    /* primary rays alone, without lights; with Embree in packets */
     STEP_SHADOWLESS, /* primary rays with lights but no shadows */
     STEP_COUNT
 };
@@ -49,7 +49,6 @@ struct bench {
     const char *farm, *embree; /* programs */
     const char *folder;        /* folder of scenes, pictures and logs */
     uint32_t width, height;
-    unsigned samples; /* of STEP_PRIMARY */
 };
 
 struct kernel_scene {

@@ -483,7 +483,8 @@ static void write_planet(const struct scene_place *place, double scale)
 #define PIPE_RADIUS 0.2
 
 /* A ring of vertices at each end. */
-static void pipe(FILE *obj, struct vec3 middle, struct vec3 axis, unsigned facets, uint64_t first)
+static void write_pipe(FILE *obj, struct vec3 middle, struct vec3 axis, unsigned facets,
+                       uint64_t first)
 {
     struct vec3 u, v;
     frame_around(axis, &u, &v);
@@ -520,7 +521,7 @@ static void write_pipes(const struct scene_place *place, double scale)
         double turn = 2 * PI * 0.6180339887 * i;
         struct vec3 axis = vec3(across * cos(turn), across * sin(turn), height);
         struct vec3 middle = vec3(i % 4 - 1.5, i / 4 % 4 - 1.5, i % 3 - 1.0);
-        pipe(obj, middle, axis, facets, (uint64_t)i * 2 * facets + 1);
+        write_pipe(obj, middle, axis, facets, (uint64_t)i * 2 * facets + 1);
     }
     close_written(obj);
 }

@@ -8,8 +8,13 @@ static int ascending(const void *a, const void *b)
     return (*x > *y) - (*x < *y);
 }
 
-double median_of(double *values, unsigned count)
+void sort_values(double *values, size_t count)
 {
     qsort(values, count, sizeof *values, ascending);
+}
+
+double median_of(double *values, unsigned count)
+{
+    sort_values(values, count);
     return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
 }

@@ -268,9 +268,7 @@ static struct run run_farm(const char *folder, const char *variant)
 
 static bool pictures_differ(const char *folder)
 {
-    char command[1200];
-    snprintf(command, sizeof command, "cmp -s '%s/auto.pfm' '%s/full.pfm'", folder, folder);
-    return system(command) != 0;
+    return run_shell("cmp -s '%s/auto.pfm' '%s/full.pfm'", folder, folder) != 0;
 }
 
 /* ---- results ---- */
@@ -390,18 +388,6 @@ static bool write_tap(const struct result *results)
     return all;
 }
 
-static void remove_scratch(const char *folder)
-{
-    static const char *const names[] = {"omit.ini", "omit.obj", "omit.json", "auto.pfm",
-                                        "full.pfm"};
-    char path[512];
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        snprintf(path, sizeof path, "%s/%s", folder, names[i]);
-        (void)unlink(path);
-    }
-    (void)rmdir(folder);
-}
-
 int main(int argc, char **argv)
 {
     bool quick = argc == 2 && strcmp(argv[1], "--quick") == 0;
@@ -412,7 +398,7 @@ int main(int argc, char **argv)
     if (!mkdtemp(folder)) fatal("cannot make a folder in /tmp");
     for (size_t i = 0; i < OMISSIONS; i++)
         results[i] = compare(&omissions[i], folder, quick ? 40 : 480, pairs);
-    remove_scratch(folder);
+    run_shell("rm -r '%s'", folder);
     if (quick) return !write_tap(results);
     FILE *file = open_to_write("bench/out/omit.md");
     write_table(file, results, pairs);

@@ -1,4 +1,4 @@
-/* Environment variables and lists of names that benches read, and files that they write. */
+/* Environment variables and lists of names that benches read, commands that they run, and files that they write. */
 #ifndef FARM_BENCH_OUTSIDE_H
 #define FARM_BENCH_OUTSIDE_H
 
@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 
 #include "common/message.h"
 
@@ -29,6 +30,19 @@ static inline bool is_listed(const char *list, const char *word)
             return true;
     }
     return false;
+}
+
+/* Runs a shell command, which is formatted as by printf; returns its exit status, -1: a signal has ended it. */
+__attribute__((format(printf, 1, 2))) static inline int run_shell(const char *format, ...)
+{
+    char *command;
+    va_list arguments;
+    va_start(arguments, format);
+    if (vasprintf(&command, format, arguments) < 0) fatal("out of memory");
+    va_end(arguments);
+    int status = system(command);
+    free(command);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 /* Opens a file for writing, whose path is formatted as by printf; ends the program when that fails. */

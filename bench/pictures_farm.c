@@ -3,22 +3,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "bench/outside.h"
 #include "bench/pictures.h"
 #include "common/message.h"
-
-/* Runs a shell command without its output; its exit status. */
-static int run_quietly(const char *command)
-{
-    char line[4096];
-    if (snprintf(line, sizeof line, "exec >/dev/null 2>&1; %s", command) >= (int)sizeof line)
-        fatal("a command is too long");
-    int status = system(line);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
 
 /* ---- 56 ---- */
 
@@ -30,19 +19,18 @@ struct trial {
 /* 0: the same picture as the reference, which the first trial makes. */
 static bool trial_differs(const struct trial *trial, const char *folder, bool quick, bool first)
 {
-    char command[2048], launch[256] = "";
+    char launch[256] = "";
     if (trial->ranks)
         snprintf(launch, sizeof launch, "%s -n %u", from_environment("MPIEXEC", "mpiexec"),
                  trial->ranks);
-    snprintf(command, sizeof command,
-             "timeout 120 %s '%s' test/data/everything.ini output.report= "
-             "output.image=%s/%s.pfm image.width=%d image.height=%d farm.kernel=%s %s",
-             launch, from_environment("FARM", "./farm"), folder, first ? "first" : "next",
-             quick ? 48 : 194, quick ? 32 : 122, processor_level_names[stage_kernel()], trial->how);
-    if (run_quietly(command) != 0) return true;
-    if (first) return false;
-    snprintf(command, sizeof command, "cmp %s/first.pfm %s/next.pfm", folder, folder);
-    return run_quietly(command) != 0;
+    if (run_shell("timeout 120 %s '%s' test/data/everything.ini output.report= "
+                  "output.image=%s/%s.pfm image.width=%d image.height=%d farm.kernel=%s %s "
+                  ">/dev/null 2>&1",
+                  launch, from_environment("FARM", "./farm"), folder, first ? "first" : "next",
+                  quick ? 48 : 194, quick ? 32 : 122, processor_level_names[stage_kernel()],
+                  trial->how) != 0)
+        return true;
+    return !first && run_shell("cmp -s %s/first.pfm %s/next.pfm", folder, folder) != 0;
 }
 
 void run_processes(const struct budget *budget, struct case_result *result)
@@ -59,7 +47,7 @@ void run_processes(const struct budget *budget, struct case_result *result)
         {5, "farm.schedule=cyclic farm.tile=33"},
         {8, "farm.tile=auto"},
     };
-    char folder[] = "/tmp/farm-pictures-XXXXXX", command[64];
+    char folder[] = "/tmp/farm-pictures-XXXXXX";
     uint64_t count = budget->quick ? 3 : sizeof trials / sizeof *trials, wrong = 0;
     if (!mkdtemp(folder)) fatal("cannot make a folder for pictures: %s", strerror(errno));
     for (uint64_t i = 0; i < count; i++) {
@@ -68,8 +56,7 @@ void run_processes(const struct budget *budget, struct case_result *result)
         if (!result->note[0])
             snprintf(result->note, sizeof result->note, "-n %u %s", trials[i].ranks, trials[i].how);
     }
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    run_quietly(command);
+    run_shell("rm -r %s", folder);
     if (!wrong)
         snprintf(result->note, sizeof result->note,
                  "runs that are killed and go on: make bench-faults");

@@ -37,7 +37,7 @@ static _Noreturn void usage(const char *why)
 {
     fprintf(stderr,
             "stability: %s\n"
-            "usage: stability [--rays N | --quick] [--rows 1,2,17-25] [--threads N] [--tap]\n"
+            "usage: stability [--rays N | --quick] [--rows 1,2,17-25] [--tap]\n"
             "                 [--kernel LEVEL] [--alike N] [--csv FILE] [--markdown FILE]\n",
             why);
     exit(2);
@@ -119,8 +119,6 @@ static struct options parse_options(int argc, char **argv)
             options.budget.rays = options.budget.many = whole_count(value, UINT64_C(1) << 40);
         else if (strcmp(option, "--rows") == 0)
             choose_rows(value, options.chosen);
-        else if (strcmp(option, "--threads") == 0)
-            options.budget.threads = (unsigned)whole_count(value, 1024);
         else if (strcmp(option, "--kernel") == 0)
             options.way.kernel = parse_level(value);
         else if (strcmp(option, "--alike") == 0)
