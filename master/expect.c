@@ -13,7 +13,7 @@
 #define ROWS  (2 * REACH + 1) /* of the neighbourhood */
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
-/* Surprises are summed over blocks, squares as high as a band: some thousand pixels show how frequent surprises are.
+/* Surprises are summed over blocks, squares as high as a band: a thousand pixels show how frequent surprises are.
  * block_count(): blocks of a band; block_of(): the block that a column is in. */
 #define BLOCK_EDGE BAND_ROWS
 

@@ -293,7 +293,7 @@ void queue_served(struct queue *queue, double seconds, double pixels)
 
 /* ---- from outside ---- */
 
-uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority)
+void queue_add(struct queue *queue, const struct tile *tile, double work, double priority)
 {
     struct item item = {.x = tile->x,
                         .y = tile->y,
@@ -305,12 +305,10 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
     assert(queue->is_dynamic && tile->pass != TILE_PROBE);
     assert(area(&item) <= queue_largest_lot(queue));
     queue->needs_no_probes = queue->withdraws = false;
-    uint32_t id = queue_new_item(queue, &item);
-    queue_set_waiting(queue, id);
+    queue_set_waiting(queue, queue_new_item(queue, &item));
     queue->pace.total += work;
     queue->count.tiles++;
     queue->news++;
-    return id;
 }
 
 void queue_set_part_work(struct queue *queue, queue_part_work *part_work, const void *state)

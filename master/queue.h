@@ -231,9 +231,9 @@ void queue_served(struct queue *queue, double seconds, double pixels);
 /*
  * Adds a tile while the queue runs (dynamic only); only its x, y, w, h and pass are used. work: its predicted
  * cost in the unit of queue_work(). priority: tiles of higher priority go first; that of the initial tiles is
- * their predicted worst-case work per pixel, rounded down to half an octave. Returns the id of the tile.
+ * their predicted worst-case work per pixel, rounded down to half an octave.
  */
-uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
+void queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
 
 /*
  * Tells how the work of added tiles is spread over their pixels, for when they are split: the callback returns what a

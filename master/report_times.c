@@ -6,6 +6,7 @@
 #include "common/message.h"
 #include "master/figure.h"
 #include "master/report_parts.h"
+#include "master/start_times.h"
 
 enum {
     ROW_COLUMNS = 40,   /* a rank's row without pixels, host and bar */
@@ -62,21 +63,17 @@ static void put_seconds(const struct table *table, const char *label, double sec
  * does not tell how much that is. */
 void put_run_times(const struct table *table, const struct run_times *time, bool resumed)
 {
-    double rest = time->total - time->init - time->load - time->broadcast - time->build -
-                  time->render - time->write;
-    bool room_shown = time->room >= SHOWN_FROM * time->total;
-    bool journal_shown = resumed || time->resume >= SHOWN_FROM * time->total;
-    if (room_shown) rest -= time->room;
-    if (journal_shown) rest -= time->resume;
+    struct start_phase phases[START_PHASES];
+    double rest = time->total - time->render - time->write;
+    start_phases(time, phases);
+    if (resumed) phases[START_JOURNAL].name = "reading journal";
     fprintf(table->out, "\nWall time of rank 0\n");
-    put_seconds(table, "starting MPI", time->init, time->total);
-    put_seconds(table, "loading", time->load, time->total);
-    if (room_shown) put_seconds(table, "picture memory", time->room, time->total);
-    if (journal_shown)
-        put_seconds(table, resumed ? "reading journal" : "opening journal", time->resume,
-                    time->total);
-    put_seconds(table, "sharing scene", time->broadcast, time->total);
-    put_seconds(table, "building the BVH", time->build, time->total);
+    for (unsigned i = 0; i < START_PHASES; i++) {
+        bool is_optional = i == START_ROOM || (i == START_JOURNAL && !resumed);
+        if (is_optional && phases[i].seconds < SHOWN_FROM * time->total) continue;
+        put_seconds(table, phases[i].name, phases[i].seconds, time->total);
+        rest -= phases[i].seconds;
+    }
     put_seconds(table, "rendering", time->render, time->total);
     put_seconds(table, "writing", time->write, time->total);
     put_seconds(table, "other", fmax(rest, 0), time->total);

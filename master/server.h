@@ -101,9 +101,7 @@ struct server {
     double polled_at;        /* clock_wall() when messages were last looked for */
     unsigned messages_taken; /* messages received by MPI, without results from trays */
     uint32_t flag_words;     /* words of arrivals, up to the last rank that has a tray */
-    /* When to look at MPI even if nothing is expected. */
-    double next_look_at_mpi;
-    uint64_t pixels; /* pixels that have come in results */
+    uint64_t pixels;         /* pixels that have come in results */
 };
 
 /* ---- serve.c ---- */

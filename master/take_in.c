@@ -169,20 +169,13 @@ static void note_waits(struct server *server, double looked, int count)
     server->polled_at = looked;
 }
 
-/* Seconds after which MPI is polled even though all renderers announce their messages and none has. This is a
- * precaution that no known case needs; a poll takes less than a microsecond. */
-#define LOOK_SELDOM 1.0
-
 /* Whether MPI may have received something for the master, or has sends to complete. */
-static bool is_mpi_due(struct server *server, double now)
+static bool is_mpi_due(const struct server *server)
 {
     const struct service *service = server->service;
     bool all_count = service->all_ring && service->arrivals;
-    bool due = !all_count || !post_is_settled(server->post) ||
-               arrivals_has_messages(service->arrivals, server->messages_taken) ||
-               now >= server->next_look_at_mpi;
-    if (due) server->next_look_at_mpi = now + LOOK_SELDOM;
-    return due;
+    return !all_count || !post_is_settled(server->post) ||
+           arrivals_has_messages(service->arrivals, server->messages_taken);
 }
 
 /* Handles the messages; returns how many of them are results. */
@@ -207,7 +200,7 @@ bool take_in(struct server *server)
     bool measured = server->unmeasured == 0;
     double looked = clock_wall(), cpu = measured ? clock_thread_cpu() : 0;
     uint64_t pixels = server->pixels;
-    int messages = is_mpi_due(server, looked) ? post_collect(server->post, letters) : 0;
+    int messages = is_mpi_due(server) ? post_collect(server->post, letters) : 0;
     /* Trays are looked at after MPI, but taken in before its messages: the last thing that a renderer sends is a
      * message. */
     int from_trays = take_trays(server);

@@ -97,9 +97,9 @@ static uint32_t give_row(struct queue *queue, uint32_t renderer, uint32_t pixels
 {
     const struct tile row = {.w = pixels, .h = 1, .step = 1, .pass = 1};
     struct tile lot[LOT_TILES];
-    uint32_t id = queue_add(queue, &row, pixels, 1);
-    assert_true(queue_next(queue, renderer, now, lot) == 1 && lot[0].id == id);
-    return id;
+    queue_add(queue, &row, pixels, 1);
+    assert_true(queue_next(queue, renderer, now, lot) == 1 && lot[0].id == queue->item_count - 1);
+    return lot[0].id;
 }
 
 /* The id of the only tile that the renderer gets when it asks, or UINT32_MAX: none. */
