@@ -23,8 +23,7 @@ static const struct view view = {.width = WIDTH,
 static inline int scene_open(void **state)
 {
     if (scratch_open(state) != 0) return 1;
-    scratch_write("scene.ini",
-                  "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
+    write_text("scene.ini", "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
     scene = scratch_scene(*state, "scene.ini", NULL);
     return 0;
 }

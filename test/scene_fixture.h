@@ -14,6 +14,7 @@
 
 #include "common/scene.h"
 #include "master/builder.h"
+#include "test/near.h"
 #include "test/random.h"
 #include "worker/bvh.h"
 #include "worker/kernel.h"
@@ -51,17 +52,6 @@ static inline struct ray ray_from(const struct scene *scene, const struct ray *r
     struct surface surface;
     surface_at(scene, ray, hit, &surface);
     return ray_going_on(surface.point, hit, ray->direction);
-}
-
-static inline void assert_near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g is not within %g of %.17g", value, tolerance, expected);
-}
-
-static inline void assert_same(double value, double expected)
-{
-    if (!(value == expected)) fail_msg("%.17g is not %.17g", value, expected);
 }
 
 static inline void assert_vector_near(struct vec3 value, struct vec3 expected, double tolerance)

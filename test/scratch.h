@@ -17,6 +17,7 @@
 
 #include "common/message.h"
 #include "master/load.h"
+#include "test/files.h"
 
 struct scratch {
     char folder[64];
@@ -49,19 +50,6 @@ static inline bool scratch_in_memory(const char *folder)
 {
     struct statfs system;
     return statfs(folder, &system) == 0 && system.f_type == TMPFS_MAGIC;
-}
-
-static inline void scratch_write_bytes(const char *name, const char *text, size_t bytes)
-{
-    FILE *file = fopen(name, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(text, 1, bytes, file), bytes);
-    assert_int_equal(fclose(file), 0);
-}
-
-static inline void scratch_write(const char *name, const char *text)
-{
-    scratch_write_bytes(name, text, strlen(text));
 }
 
 /* Loads a file with at most one override (NULL: none). Messages go to s->said. */

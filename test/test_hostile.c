@@ -24,7 +24,7 @@ static const struct {
 static void write_good_files(void)
 {
     for (int i = 0; i < FILES; i++)
-        scratch_write(files[i].name, files[i].text);
+        write_text(files[i].name, files[i].text);
 }
 
 static bool loads(struct scratch *s, const char *config)
@@ -61,7 +61,7 @@ static void test_marks_and_line_ends(void **state)
             text[length++] = *at;
         }
         text[length - 2] = '\0'; /* the last line has no end */
-        scratch_write(files[i].name, text);
+        write_text(files[i].name, text);
         if (!loads(s, files[i].config)) fail_msg("%s", s->said);
         assert_string_equal(s->said, "");
     }
@@ -78,7 +78,7 @@ static void test_nul(void **state)
             write_good_files();
             memcpy(text, files[i].text, size);
             text[at] = '\0';
-            scratch_write_bytes(files[i].name, text, size);
+            write_bytes(files[i].name, text, size);
             snprintf(expected, sizeof expected, "%s:%ld: a NUL byte, expected plain text\n",
                      files[i].name, line);
             check_refused(s, i, expected);
@@ -99,7 +99,7 @@ static void test_noise(void **state)
             noise[i] = (char)random_below(&random, 256);
             if (!noise[i]) noise[i] = '\n';
         }
-        scratch_write_bytes(files[run % 3].name, noise, sizeof noise);
+        write_bytes(files[run % 3].name, noise, sizeof noise);
         check_refused(s, run % 3, files[run % 3].name);
     }
 }
@@ -118,13 +118,13 @@ static void test_endless(void **state)
         size_t length = strlen(starts[i]);
         memcpy(text, starts[i], length);
         memset(text + length, '0', size - length);
-        scratch_write_bytes(files[i].name, text, size);
+        write_bytes(files[i].name, text, size);
         check_refused(s, i, files[i].name);
         memset(text + length, '\n', size - length);
-        scratch_write_bytes(files[i].name, text, size);
+        write_bytes(files[i].name, text, size);
         loads(s, files[i].config);
         memset(text + length, '[', size - length);
-        scratch_write_bytes(files[i].name, text, size);
+        write_bytes(files[i].name, text, size);
         check_refused(s, i, files[i].name);
     }
     free(text);
@@ -159,7 +159,7 @@ static void test_huge_counts(void **state)
     struct scratch *s = *state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         write_good_files();
-        scratch_write(files[cases[i].file].name, cases[i].text);
+        write_text(files[cases[i].file].name, cases[i].text);
         check_refused(s, cases[i].file, cases[i].line);
     }
 }

@@ -22,6 +22,7 @@
 #include "master/image_file.h"
 #include "master/output_file.h"
 #include "master/png.h"
+#include "test/files.h"
 #include "test/random.h"
 
 #define STBI_ONLY_PNG
@@ -74,31 +75,12 @@ static unsigned count_files(void)
     return files - 2;
 }
 
-/* The bytes of a file, ended by a 0 that does not count. */
-static char *read_all(const char *path, size_t *bytes)
-{
-    char *text = allocate_zeroed(1 << 16, 1);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    *bytes = fread(text, 1, (1 << 16) - 1, file);
-    fclose(file);
-    return text;
-}
-
 static void assert_file_is(const char *path, const char *expected)
 {
     size_t bytes;
-    char *text = read_all(path, &bytes);
+    char *text = read_bytes(path, &bytes);
     assert_string_equal(text, expected);
     free(text);
-}
-
-static void make_file(const char *path, const char *text)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    fputs(text, file);
-    fclose(file);
 }
 
 #define assert_said(part) assert_non_null(strstr(said, part))
@@ -177,20 +159,6 @@ static void test_png_values(void **state)
     assert_int_equal(count_files(), 1);
 }
 
-/* The bytes of a file; owned by the caller. */
-static char *bytes_of(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    char *bytes = allocate(*size, 1);
-    assert_int_equal(fread(bytes, 1, *size, file), *size);
-    fclose(file);
-    return bytes;
-}
-
 /* Alone and by three threads, the same file comes, which is what was written, and so does what is told of it. */
 static void assert_written_together(uint32_t width, uint32_t height)
 {
@@ -198,7 +166,7 @@ static void assert_written_together(uint32_t width, uint32_t height)
     struct thread_pool *pool = thread_pool_create(3);
     size_t sizes[2];
     assert_true(image_write("a.png", &canvas, NULL) && image_write("b.png", &canvas, pool));
-    char *alone = bytes_of("a.png", &sizes[0]), *together = bytes_of("b.png", &sizes[1]);
+    char *alone = read_bytes("a.png", &sizes[0]), *together = read_bytes("b.png", &sizes[1]);
     assert_int_equal(sizes[0], sizes[1]);
     assert_memory_equal(alone, together, sizes[0]);
     free(alone);
@@ -319,7 +287,7 @@ static void test_pfm_is_exact(void **state)
     canvas.rgb[2] = 1e-45f;
     assert_true(image_write("a.pfm", &canvas, NULL));
     size_t bytes;
-    char *text = read_all("a.pfm", &bytes);
+    char *text = read_bytes("a.pfm", &bytes);
     const char *header =
         __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? "PF\n3 2\n-1.0\n" : "PF\n3 2\n1.0\n";
     size_t start = strlen(header), row = 9 * sizeof(float);
@@ -334,7 +302,7 @@ static void test_pfm_is_exact(void **state)
 static void test_replaces_whole(void **state)
 {
     (void)state;
-    make_file("a.json", "something much longer than what follows");
+    write_text("a.json", "something much longer than what follows");
     assert_int_equal(chmod("a.json", 0640), 0);
     assert_true(text_write("output.report", "a.json", "{}\n"));
     assert_file_is("a.json", "{}\n");
@@ -359,7 +327,7 @@ static void test_links_stay(void **state)
 {
     (void)state;
     assert_int_equal(mkdir("there", 0777), 0);
-    make_file("there/real", "old");
+    write_text("there/real", "old");
     assert_int_equal(symlink("there/second", "first"), 0);
     assert_int_equal(symlink("real", "there/second"), 0); /* relative to its own folder */
     assert_true(output_writable("first", "output.report"));
@@ -391,7 +359,7 @@ static void test_failure_leaves_the_old_file(void **state)
 {
     (void)state;
     struct canvas canvas = sample_canvas(100, 100);
-    make_file("a.pfm", "old");
+    write_text("a.pfm", "old");
     struct rlimit old, small;
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
     small = old;
@@ -520,7 +488,7 @@ static void test_descriptor(void **state)
     free(path);
     close(ends[0]);
     close(ends[1]);
-    make_file("1", "old"); /* a number in another folder is a file's name */
+    write_text("1", "old"); /* a number in another folder is a file's name */
     assert_true(text_write("output.report", "1", "new"));
     assert_file_is("1", "new");
 }
@@ -528,7 +496,7 @@ static void test_descriptor(void **state)
 static void test_writable_refusals(void **state)
 {
     (void)state;
-    make_file("file", "");
+    write_text("file", "");
     assert_refused("", "expected a file name");
     assert_refused(".", ".: is a folder, expected a file name");
     assert_refused("new/", "name of a folder");
@@ -544,7 +512,7 @@ static void test_writable_refusals(void **state)
 static void test_writable_touches_nothing(void **state)
 {
     (void)state;
-    make_file("a.png", "old");
+    write_text("a.png", "old");
     struct stat before, after;
     assert_int_equal(stat("a.png", &before), 0);
     assert_true(output_writable("a.png", "output.image"));
@@ -572,7 +540,7 @@ static void test_read_only(void **state)
 {
     (void)state;
     if (geteuid() == 0) skip(); /* may write everywhere */
-    make_file("a.png", "");
+    write_text("a.png", "");
     assert_int_equal(chmod("a.png", 0444), 0);
     assert_refused("a.png", "Permission denied");
     assert_int_equal(mkdir("closed", 0555), 0);

@@ -11,27 +11,27 @@
 /* The text as CONFIG scene.ini has to fail with this line. */
 static void refused(void **state, const char *text, const char *line)
 {
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     scratch_refused(*state, "scene.ini", NULL, line);
 }
 
 static struct scene *loaded(void **state, const char *text)
 {
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     return scratch_scene(*state, "scene.ini", NULL);
 }
 
 static void test_form(void **state)
 {
     (void)state;
-    scratch_write("form.ini", "\xef\xbb\xbf# comment\r\n"
-                              "  [ sphere   big ball ]  ; comment\r\n"
-                              "\tcenter = 1 2 3 ; comment\r\n"
-                              "   radius: 4;5\n"
-                              "\n"
-                              "[empty]\n"
-                              "[empty]\n"
-                              "file = a = b");
+    write_text("form.ini", "\xef\xbb\xbf# comment\r\n"
+                           "  [ sphere   big ball ]  ; comment\r\n"
+                           "\tcenter = 1 2 3 ; comment\r\n"
+                           "   radius: 4;5\n"
+                           "\n"
+                           "[empty]\n"
+                           "[empty]\n"
+                           "file = a = b");
     struct ini ini;
     assert_true(ini_load("form.ini", &ini));
     assert_int_equal(ini.count, 3);
@@ -82,7 +82,7 @@ static void test_form_mistakes(void **state)
     snprintf(long_text, 5000, "[image]\n = %0300d\n", 5);
     refused(state, long_text, "scene.ini:2: a value without a key, expected 'key = value'");
     free(long_text);
-    scratch_write_bytes("scene.ini", "[image]\nwid\0th = 3\n", 19);
+    write_bytes("scene.ini", "[image]\nwid\0th = 3\n", 19);
     scratch_refused(*state, "scene.ini", NULL, "scene.ini:2: a NUL byte, expected plain text");
 }
 
@@ -102,7 +102,7 @@ static void test_long_lines(void **state)
             text, sizeof text,
             "[a %s] ; %.3000s\n     k = %s     \nshort = %.100s ; %.*s\n; %s\nlast: %.100s;%.50s\n",
             name, value, value, value, length - 150, value, value, value, value);
-        scratch_write("long.ini", text);
+        write_text("long.ini", text);
         struct ini ini;
         assert_true(ini_load("long.ini", &ini));
         assert_string_equal(ini.sections[0].name, name);
@@ -124,14 +124,14 @@ static void test_limits(void **state)
     name[50] = value[300] = '\0';
     memset(value, 'v', sizeof value - 1);
     snprintf(text, sizeof text, "[a]\n%s%100s= %s\n%s = v\n", name + 1, "", value, name + 2);
-    scratch_write("limits.ini", text);
+    write_text("limits.ini", text);
     assert_true(ini_load("limits.ini", &ini));
     assert_string_equal(ini_entry(&ini.sections[0], name + 1)->value, value);
     ini_free(&ini);
     size_t length = (size_t)snprintf(text, sizeof text, "[a]\n");
     for (int i = 0; i < 100; i++)
         length += (size_t)snprintf(text + length, sizeof text - length, "k%d = %d\n", i, i);
-    scratch_write("limits.ini", text);
+    write_text("limits.ini", text);
     assert_true(ini_load("limits.ini", &ini));
     assert_int_equal(ini.sections[0].count, 100);
     ini_free(&ini);
@@ -154,7 +154,7 @@ static void test_comments_in_long_lines(void **state)
         char text[2000];
         snprintf(text, sizeof text, "[a]\nk =%s\n[b]\nk =%s%300s; %0300d\n", values[i], values[i],
                  "", 0);
-        scratch_write("long.ini", text);
+        write_text("long.ini", text);
         struct ini ini;
         assert_true(ini_load("long.ini", &ini));
         assert_string_equal(ini_entry(&ini.sections[0], "k")->value,
@@ -306,13 +306,13 @@ static void test_files_that_are_none(void **state)
                     "none.obj: cannot be opened: No such file or directory");
     scratch_refused(*state, "none.nff", NULL,
                     "none.nff: cannot be opened: No such file or directory");
-    scratch_write("lantern.ini", "[sphere]\n");
+    write_text("lantern.ini", "[sphere]\n");
     scratch_refused(*state, "./lanten.ini", NULL,
                     "./lanten.ini: cannot be opened: No such file or directory, did you mean "
                     "'./lantern.ini'?");
     scratch_refused(*state, "lanten.nff", NULL,
                     "lanten.nff: cannot be opened: No such file or directory");
-    scratch_write("caw.obj", "");
+    write_text("caw.obj", "");
     refused(state, "[mesh]\nfile = cow.obj\n",
             "scene.ini:2: [mesh]: cannot open cow.obj: No such file or directory, did you mean "
             "'caw.obj'?");
@@ -327,7 +327,7 @@ static void test_files_that_are_none(void **state)
     refused(state, "[mesh]\nfile = parts2.obj\n",
             "scene.ini:2: [mesh]: cannot open parts2.obj: No such file or directory");
     /* A sparse file of 3 GB: nobody waits for it to be read. */
-    scratch_write("big.obj", "v 0 0 0\n");
+    write_text("big.obj", "v 0 0 0\n");
     assert_int_equal(truncate("big.obj", (off_t)3 << 30), 0);
     scratch_refused(*state, "big.obj", NULL, "big.obj:2: a NUL byte, expected plain text");
     unlink("big.obj");
@@ -339,16 +339,16 @@ static void test_files_that_are_none(void **state)
         *state, "scene.in", NULL,
         "scene.in: cannot be opened: No such file or directory; expected a scene: .ini, "
         ".nff or .obj");
-    scratch_write("scene.txt", "");
+    write_text("scene.txt", "");
     scratch_refused(*state, "scene.txt", NULL,
                     "scene.txt: has an unknown extension, expected .ini, .nff or .obj");
     assert_int_equal(mkdir("folder", 0700), 0);
     scratch_refused(*state, "folder", NULL,
                     "folder: is a folder, expected a scene: .ini, .nff or .obj");
-    scratch_write("here.ini", "");
+    write_text("here.ini", "");
     scratch_refused(*state, "here.ini", NULL,
                     "here.ini: has no sections, expected a scene with at least one");
-    scratch_write("here.ini", "; nothing\n");
+    write_text("here.ini", "; nothing\n");
     scratch_refused(*state, "here.ini", NULL,
                     "here.ini: has no sections, expected a scene with at least one");
     scratch_refused(*state, "here", NULL, "here: is no scene, did you mean 'here.ini'?");
@@ -409,9 +409,9 @@ static void test_warnings(void **state)
 
 static void test_includes(void **state)
 {
-    scratch_write("part.ini", "[material own]\ncolor = 0 1 0\n"
-                              "[box]\nmin = 0 0 0\nmax = 1 2 3\nmaterial = own\n"
-                              "[sphere]\ncenter = 1 0 0\nradius = 1\nmaterial = outer\n");
+    write_text("part.ini", "[material own]\ncolor = 0 1 0\n"
+                           "[box]\nmin = 0 0 0\nmax = 1 2 3\nmaterial = own\n"
+                           "[sphere]\ncenter = 1 0 0\nradius = 1\nmaterial = outer\n");
     struct scene *scene =
         loaded(state, "[material outer]\ncolor = 1 0 0\n"
                       "[material own]\ncolor = 0 0 1\n"
@@ -434,9 +434,9 @@ static void test_includes(void **state)
 /* Inner first, then outer: each shift is scaled and turned by what lies around it. */
 static void test_nested_placement(void **state)
 {
-    scratch_write("leaf.ini", "[sphere]\ncenter = 1 2 3\nradius = 1\n");
-    scratch_write("middle.ini", "[include]\nfile = leaf.ini\ntranslate = 10 0 0\nscale = 3\n"
-                                "rotate = 0 0 90\n");
+    write_text("leaf.ini", "[sphere]\ncenter = 1 2 3\nradius = 1\n");
+    write_text("middle.ini", "[include]\nfile = leaf.ini\ntranslate = 10 0 0\nscale = 3\n"
+                             "rotate = 0 0 90\n");
     struct scene *scene = loaded(state, "[include]\nfile = middle.ini\ntranslate = 0 100 0\n"
                                         "scale = 2\nrotate = 90 0 0\n" LIGHT);
     /* (1 2 3) -> (-2 1 3) * 3 + (10 0 0) = (4 3 9) -> (4 -9 3) * 2 + (0 100 0) */
@@ -449,10 +449,10 @@ static void test_nested_placement(void **state)
 /* A value that becomes infinite or zero by its placement: the message names the place of that, too. */
 static void test_placed_too_far(void **state)
 {
-    scratch_write("part.ini", "[sphere ball]\ncenter = 1e200 0 0\nradius = 1e-200\n");
-    scratch_write("part.nff", "s 1e200 0 0 1\n");
-    scratch_write("mesh.obj", "v 0 0 0\nv 1e200 0 0\nv 0 1 0\nf 1 2 3\n");
-    scratch_write("outer.ini", "[include]\nfile = part.ini\n");
+    write_text("part.ini", "[sphere ball]\ncenter = 1e200 0 0\nradius = 1e-200\n");
+    write_text("part.nff", "s 1e200 0 0 1\n");
+    write_text("mesh.obj", "v 0 0 0\nv 1e200 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("outer.ini", "[include]\nfile = part.ini\n");
     refused(state, "[include]\nfile = part.ini\nscale = 1e200\n",
             "part.ini:1: [sphere ball]: the center is not finite, expected three finite numbers "
             "(after scale of scene.ini:3)");
@@ -462,7 +462,7 @@ static void test_placed_too_far(void **state)
     refused(state, "[include]\nfile = part.nff\nscale = 1e200\n",
             "part.nff:1: the center is not finite, expected three finite numbers (after scale of "
             "scene.ini:3)");
-    scratch_write("turned.ini", "[include]\nfile = part.ini\nscale = 1\nrotate = 0 90 0\n");
+    write_text("turned.ini", "[include]\nfile = part.ini\nscale = 1\nrotate = 0 90 0\n");
     refused(state, "[include]\nfile = turned.ini\nscale = 1e200\n",
             "part.ini:1: [sphere ball]: the center is not finite, expected three finite numbers "
             "(after scale of scene.ini:3)");
@@ -473,11 +473,11 @@ static void test_placed_too_far(void **state)
 
 static void test_placed_kinds(void **state)
 {
-    scratch_write("part.ini",
-                  "[light]\nposition = 1 2 3\n"
-                  "[plane]\npoint = 1 0 0\nnormal = 1 0 0\n"
-                  "[disc]\ncenter = 1 0 0\nnormal = 1 0 0\nradius = 1.5\n"
-                  "[cone]\nbase = 1 0 0\napex = 2 0 0\nbase_radius = 3\napex_radius = 4\n");
+    write_text("part.ini",
+               "[light]\nposition = 1 2 3\n"
+               "[plane]\npoint = 1 0 0\nnormal = 1 0 0\n"
+               "[disc]\ncenter = 1 0 0\nnormal = 1 0 0\nradius = 1.5\n"
+               "[cone]\nbase = 1 0 0\napex = 2 0 0\nbase_radius = 3\napex_radius = 4\n");
     struct scene *scene = loaded(state, "[include]\nfile = part.ini\ntranslate = 10 20 30\n"
                                         "scale = 2\nrotate = 0 0 90\n");
     struct vec3 l = scene_lights(scene)->position;
@@ -500,9 +500,9 @@ static void test_include_count_limit(void **state)
         snprintf(name, sizeof name, "twice%d.ini", i);
         snprintf(text, sizeof text,
                  "[include]\nfile = twice%d.ini\n[include]\nfile = twice%d.ini\n", i + 1, i + 1);
-        scratch_write(name, text);
+        write_text(name, text);
     }
-    scratch_write("twice16.ini", "");
+    write_text("twice16.ini", "");
     struct scratch *s = *state;
     struct job job;
     assert_false(scratch_load(s, "twice0.ini", NULL, &job));
@@ -529,7 +529,7 @@ static void test_extreme_normals(void **state)
 /* The triangles of a turned box: its volume by the divergence theorem is positive and right. */
 static void test_turned_box_faces_outward(void **state)
 {
-    scratch_write("part.ini", "[box]\nmin = 1 1 1\nmax = 2 3 4\n");
+    write_text("part.ini", "[box]\nmin = 1 1 1\nmax = 2 3 4\n");
     struct scene *scene =
         loaded(state, "[include]\nfile = part.ini\nrotate = 10 20 30\nscale = 2\n" LIGHT);
     const struct triangle *t = scene_triangles(scene);
@@ -543,10 +543,10 @@ static void test_turned_box_faces_outward(void **state)
 
 static void test_include_mistakes(void **state)
 {
-    scratch_write("self.ini", "[include again]\nfile = self.ini\n");
+    write_text("self.ini", "[include again]\nfile = self.ini\n");
     scratch_refused(*state, "self.ini", NULL,
                     "self.ini:2: [include again]: the file includes itself, expected another one");
-    scratch_write("inner.ini", "[image]\nwidth = 3\n");
+    write_text("inner.ini", "[image]\nwidth = 3\n");
     refused(state, "[include]\nfile = inner.ini\n",
             "inner.ini:1: settings such as [image] belong into the file that is rendered, expected "
             "only parts of a scene in an included file");
@@ -554,7 +554,7 @@ static void test_include_mistakes(void **state)
             "scene.ini:2: [include]: cannot open none.nff: No such file or directory");
     refused(state, "[include]\nfile =\n",
             "scene.ini:2: [include]: no file is named, expected an INI or NFF file");
-    scratch_write("x.obj", "");
+    write_text("x.obj", "");
     refused(state, "[include]\nfile = x.obj\n",
             "scene.ini:2: [include]: an OBJ file is no part to include, expected a [mesh] for it");
     refused(state, "[mesh]\nfile = x.stl\n",
@@ -573,9 +573,9 @@ static void test_include_mistakes(void **state)
         char name[32], text[64];
         snprintf(name, sizeof name, "deep%d.ini", i);
         snprintf(text, sizeof text, "[include]\nfile = deep%d.ini\n", i + 1);
-        scratch_write(name, text);
+        write_text(name, text);
     }
-    scratch_write("deep20.ini", LIGHT);
+    write_text("deep20.ini", LIGHT);
     scratch_refused(
         *state, "deep0.ini", NULL,
         "deep16.ini:2: [include]: includes are nested too deeply, at most 16 levels are "

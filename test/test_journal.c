@@ -175,7 +175,7 @@ static void test_remove(void **state)
         write_journal(s, 1);
         struct journal *journal = open_as(s, PICTURE, &seen);
         unlink(PATH);
-        if (other) scratch_write(PATH, "of somebody else");
+        if (other) write_text(PATH, "of somebody else");
         remove_journal(s, journal);
         assert_string_equal(s->said, "");
         assert_int_equal(access(PATH, F_OK), other ? 0 : -1);
@@ -404,7 +404,7 @@ static void test_moved(void **state)
     assert_true(journal_exists(journal));
     unlink(PATH);
     assert_false(journal_exists(journal));
-    scratch_write(PATH, "of somebody else");
+    write_text(PATH, "of somebody else");
     assert_false(journal_exists(journal));
     assert_false(journal_move(journal, PATH, 0));
     assert_string_equal(journal_path(journal), PATH);
@@ -528,7 +528,7 @@ static void test_original_stays(void **state)
     journal_remove_original(journal);
     assert_string_equal(journal_original(journal), PATH);
     assert_int_equal(rename("away.journal", "twice.journal") + unlink(PATH), 0);
-    scratch_write(PATH, "of somebody else");
+    write_text(PATH, "of somebody else");
     journal_remove_original(journal);
     assert_null(journal_original(journal));
     assert_int_equal(access(PATH, F_OK), 0);
@@ -683,7 +683,7 @@ static void test_no_place(void **state)
     check_irregular(s);
     assert_int_equal(rmdir(PATH) + mkfifo(PATH, 0600), 0);
     check_irregular(s);
-    scratch_write("precious", "text");
+    write_text("precious", "text");
     assert_int_equal(unlink(PATH) + symlink("precious", PATH), 0);
     check_irregular(s);
     unlink(PATH);
@@ -784,7 +784,7 @@ static void test_picture(void **state)
         CAMERA "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 2\n",
         CAMERA "[light]\nposition = 1 2 3\ncolor = 1 1 0.5\n"
                "[sphere a]\ncenter = 0 0 0\nradius = 1\n"};
-    scratch_write("scene.ini", texts[0]);
+    write_text("scene.ini", texts[0]);
     struct scene *scene = scratch_scene(s, "scene.ini", NULL);
     struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
     struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
@@ -796,7 +796,7 @@ static void test_picture(void **state)
     assert_true(journal_picture_hash(scene, 1) != journal_picture_hash(scene, 2));
     /* What stands before the objects and lights is the same. */
     for (int i = 1; i < 3; i++) {
-        scratch_write("other.ini", texts[i]);
+        write_text("other.ini", texts[i]);
         free(other);
         other = scratch_scene(s, "other.ini", NULL);
         assert_true(memcmp(scene, other, sizeof *scene) == 0 && scene->bytes == other->bytes);

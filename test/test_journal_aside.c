@@ -86,7 +86,7 @@ static void test_other_pictures(void **state)
     journal = open_as(s, PICTURE + 2, &seen);
     assert_true(journal && seen.records == 0 && strstr(s->said, PATH ".2"));
     journal_close(journal);
-    scratch_write(PATH, "[sphere]\nsomething else, of more bytes than a header\n");
+    write_text(PATH, "[sphere]\nsomething else, of more bytes than a header\n");
     journal = open_as(s, PICTURE + 2, &seen);
     assert_non_null(journal);
     assert_string_equal(s->said, PATH ": warning: this is no journal, or its first bytes are "

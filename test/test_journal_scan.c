@@ -39,11 +39,11 @@ static void test_torn_at_every_byte(void **state)
     write_journal(s, RECORDS);
     assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
     for (size_t length = 0; length <= SIZE; length++) {
-        scratch_write_bytes(PATH, bytes, length);
+        write_bytes(PATH, bytes, length);
         size_t records = length < HEADER ? 0 : (length - HEADER) / RECORD;
         size_t damaged = length < HEADER ? 0 : (length - HEADER) % RECORD;
         if (length % 19 == 0) check_cut(s, HEADER + records * RECORD);
-        if (length % 19 == 0) scratch_write_bytes(PATH, bytes, length);
+        if (length % 19 == 0) write_bytes(PATH, bytes, length);
         check_resume(s, (uint32_t)records, damaged, RECORDS);
     }
     assert_int_equal(access(PATH ".1", F_OK), -1);
@@ -454,7 +454,7 @@ static void test_refused_alone(void **state)
     assert_true(journal_found(journal).records == 0 && !journal_was_empty(journal));
     journal_close(journal);
     bytes[HEADER] ^= 1;
-    scratch_write_bytes(PATH, bytes, SIZE);
+    write_bytes(PATH, bytes, SIZE);
     journal = open_by(s, &reader);
     assert_string_equal(s->said,
                         PATH ": warning: 104 bytes of the journal are damaged, what they held is "

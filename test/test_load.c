@@ -22,7 +22,7 @@ static struct job load(void **state, const char *name, const char *override)
 
 static void test_overrides(void **state)
 {
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     struct job job = load(state, "scene.ini", "image.width = 100");
     assert_int_equal(job.settings.image.width, 100);
     job_free(&job);
@@ -43,7 +43,7 @@ static void test_overrides(void **state)
 static void test_overrides_in_order(void **state)
 {
     (void)state;
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     char first[] = "image.width=10", second[] = "image.width=20";
     char *overrides[] = {first, second};
     struct job job;
@@ -69,8 +69,8 @@ static void test_backgrounds_of_arguments(void **state)
 {
     struct scratch *s = *state;
     struct job job;
-    scratch_write("grey.ini", "[background]\ncolor = 0.5 0.5 0.5\n[light]\nposition = 1 2 3\n"
-                              "[sphere]\ncenter = 0 0 0\nradius = 1\n");
+    write_text("grey.ini", "[background]\ncolor = 0.5 0.5 0.5\n[light]\nposition = 1 2 3\n"
+                           "[sphere]\ncenter = 0 0 0\nradius = 1\n");
     job = load(state, "grey.ini", "background.top=1 1 1");
     assert_true(job.settings.background.bottom.x == 0.04 && job.settings.background.top.x == 1);
     job_free(&job);
@@ -129,7 +129,7 @@ static void test_bad_overrides(void **state)
         {"output.image=x.jpg", "output.image=x.jpg: image has an unknown extension, expected .png, "
                                ".hdr or .pfm"},
     };
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         scratch_refused(*state, "scene.ini", cases[i].override, cases[i].line);
 }
@@ -152,13 +152,13 @@ static void test_objects_spoilt_by_arguments(void **state)
          "triangle sail.c=2 0 0: [triangle sail]: the corners lie on a line, expected a triangle "
          "with an area"},
     };
-    scratch_write("shapes.ini", "[material red]\n[plane floor]\npoint = 0 0 0\nnormal = 0 1 0\n"
-                                "[cylinder post]\nbase = 0 0 0\napex = 0 1 0\nradius = 1\n"
-                                "[box crate]\nmin = 0 0 0\nmax = 1 1 1\n"
-                                "[triangle sail]\na = 0 0 0\nb = 1 0 0\nc = 0 1 0\n");
+    write_text("shapes.ini", "[material red]\n[plane floor]\npoint = 0 0 0\nnormal = 0 1 0\n"
+                             "[cylinder post]\nbase = 0 0 0\napex = 0 1 0\nradius = 1\n"
+                             "[box crate]\nmin = 0 0 0\nmax = 1 1 1\n"
+                             "[triangle sail]\na = 0 0 0\nb = 1 0 0\nc = 0 1 0\n");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         scratch_refused(*state, "shapes.ini", cases[i].override, cases[i].line);
-    scratch_write("flat.ini", "[material red]\n[box crate]\nmin = 0 0 0\nmax = 1 0 1\n");
+    write_text("flat.ini", "[material red]\n[box crate]\nmin = 0 0 0\nmax = 1 0 1\n");
     scratch_refused(*state, "flat.ini", "box crate.material=red",
                     "flat.ini:2: [box crate]: the box has no volume, expected min < max in every "
                     "component");
@@ -170,7 +170,7 @@ static void test_rows_sent_at_a_time(void **state)
     static const char wide[] = "[image]\nwidth = 2000\nheight = 1000\n[farm]\nschedule = strips\n"
                                "tile = 525\n[light]\nposition = 0 0 0\n";
     struct job job;
-    scratch_write("wide.ini", wide);
+    write_text("wide.ini", wide);
     scratch_refused(
         *state, "wide.ini", NULL,
         "wide.ini:6: tile = 525 rows of 2000 pixels are too many at a time, expected at "
@@ -181,8 +181,8 @@ static void test_rows_sent_at_a_time(void **state)
         job = load(state, "wide.ini", good[i]);
         job_free(&job);
     }
-    scratch_write("even.ini", "[image]\nwidth = 1024\nheight = 1024\n[farm]\nschedule = strips\n"
-                              "tile = 1024\n[light]\nposition = 0 0 0\n");
+    write_text("even.ini", "[image]\nwidth = 1024\nheight = 1024\n[farm]\nschedule = strips\n"
+                           "tile = 1024\n[light]\nposition = 0 0 0\n");
     job = load(state, "even.ini", NULL); /* exactly as many as a message may have */
     job_free(&job);
 }
@@ -190,8 +190,8 @@ static void test_rows_sent_at_a_time(void **state)
 static void test_output_names(void **state)
 {
     mkdir("sub", 0700);
-    scratch_write("sub/scene.ini", text);
-    scratch_write("sub/bare.v2.ini", "[light]\nposition = 0 0 0\n");
+    write_text("sub/scene.ini", text);
+    write_text("sub/bare.v2.ini", "[light]\nposition = 0 0 0\n");
     struct job job = load(state, "sub/scene.ini", NULL);
     assert_string_equal(job.settings.output.image, "sub/out.hdr");
     assert_string_equal(job.settings.output.report, "");
@@ -248,9 +248,9 @@ static void test_automatic_camera(void **state)
 {
     static const char *const ups[] = {"camera.up=0 1 0", "camera.up=0 0 1", "camera.up=1 0 0",
                                       "camera.up=0 -1 0.1", "camera.look_at=105 1 0"};
-    scratch_write("boxes.ini", "[image]\nwidth = 300\nheight = 200\n[light]\nposition = 9 9 9\n"
-                               "[box]\nmin = 100 0 0\nmax = 110 3 1\n"
-                               "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n");
+    write_text("boxes.ini", "[image]\nwidth = 300\nheight = 200\n[light]\nposition = 9 9 9\n"
+                            "[box]\nmin = 100 0 0\nmax = 110 3 1\n"
+                            "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n");
     for (size_t i = 0; i < sizeof ups / sizeof *ups; i++) {
         struct extent x, y;
         struct scene *scene = scratch_scene(*state, "boxes.ini", ups[i]);
@@ -265,7 +265,7 @@ static void test_automatic_camera(void **state)
 
 static void test_view_follows_settings(void **state)
 {
-    scratch_write("scene.ini", text);
+    write_text("scene.ini", text);
     struct scene *scene = scratch_scene(*state, "scene.ini", "image.region=3 4 50 60");
     const struct view *view = &scene->view;
     assert_int_equal(view->region_x, 3);
@@ -286,7 +286,7 @@ static void check_round_trip(void **state, const char *name, const char *overrid
     mkdir("elsewhere", 0700);
     char *printed = print_job(&job);
     assert_non_null(printed);
-    scratch_write("elsewhere/printed.ini", printed);
+    write_text("elsewhere/printed.ini", printed);
     struct scratch *s = *state;
     s->reach = REACH_ANYWHERE;
     struct scene *second = scratch_scene(*state, "elsewhere/printed.ini", NULL);
@@ -307,15 +307,14 @@ static void check_round_trip(void **state, const char *name, const char *overrid
 
 static void test_print_round_trip(void **state)
 {
-    scratch_write("scene.ini", text);
-    scratch_write("scene.nff",
-                  "b 0.1 0.2 0.3\nv\nfrom 2.1 1.3 1.7\nat 0 0 0\nup 0 0.3 1\nangle 45\n"
-                  "hither 1\nresolution 77 55\nl 4 3 2\nl 1 -4 4\ns 0 0 0 0.5\n"
-                  "p 3\n0 0 0\n1 0 0\n0 1 0\n");
-    scratch_write("scene.obj", "v 0.1 0 0\nv 1 0.3 0\nv 1 1 0.7\nv 0 1 1\nf 1 2 3 4\nf 4 3 2\n");
-    scratch_write("all.ini", "[include n]\nfile = scene.nff\nrotate = 1 2 3\n"
-                             "[mesh m]\nfile = scene.obj\nsmooth = 170\n"
-                             "[farm]\nschedule = strips\ntile = 8\n");
+    write_text("scene.ini", text);
+    write_text("scene.nff", "b 0.1 0.2 0.3\nv\nfrom 2.1 1.3 1.7\nat 0 0 0\nup 0 0.3 1\nangle 45\n"
+                            "hither 1\nresolution 77 55\nl 4 3 2\nl 1 -4 4\ns 0 0 0 0.5\n"
+                            "p 3\n0 0 0\n1 0 0\n0 1 0\n");
+    write_text("scene.obj", "v 0.1 0 0\nv 1 0.3 0\nv 1 1 0.7\nv 0 1 1\nf 1 2 3 4\nf 4 3 2\n");
+    write_text("all.ini", "[include n]\nfile = scene.nff\nrotate = 1 2 3\n"
+                          "[mesh m]\nfile = scene.obj\nsmooth = 170\n"
+                          "[farm]\nschedule = strips\ntile = 8\n");
     check_round_trip(state, "scene.ini", NULL);
     check_round_trip(state, "scene.ini", "image.region=3 4 50 60");
     check_round_trip(state, "scene.ini", "material red glass.ior=1.1");
@@ -330,12 +329,12 @@ static void test_unprintable_values(void **state)
     struct scratch *s = *state;
     static const char *const overrides[] = {"output.image=a\t;b.png", "output.image=a ;b.png",
                                             "output.image=/;\r\n.png", "output.image=a\nb.png"};
-    scratch_write("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
-                               "[material ; odd]\ncolor = 0 0 0\n");
+    write_text("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
+                            "[material ; odd]\ncolor = 0 0 0\n");
     scratch_refused(s, "scene.ini", NULL,
                     "scene.ini:6: a section without its ']', expected [kind] or [kind name]");
-    scratch_write("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
-                               "material = m\n[material m]\n");
+    write_text("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
+                            "material = m\n[material m]\n");
     for (size_t i = 0; i < 4; i++) {
         struct job job = load(state, "scene.ini", overrides[i]);
         message_capture(s->said, sizeof s->said);
@@ -372,22 +371,22 @@ static void test_extreme_cameras(void **state)
         FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 179.99999999999997\n"),
     };
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
-        scratch_write("far.ini", good[i]);
+        write_text("far.ini", good[i]);
         free(scratch_scene(*state, "far.ini", NULL));
     }
-    scratch_write("far.ini", FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 1e-323\n"));
+    write_text("far.ini", FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 1e-323\n"));
     scratch_refused(*state, "far.ini", NULL,
                     "far.ini:9: fov is too close to 0 or 180, expected an angle between them");
-    scratch_write("far.ini", "[light]\nposition = 0 0 0\n"
-                             "[sphere]\ncenter = 1.7e308 0 0\nradius = 1.7e308\n");
+    write_text("far.ini", "[light]\nposition = 0 0 0\n"
+                          "[sphere]\ncenter = 1.7e308 0 0\nradius = 1.7e308\n");
     scratch_refused(*state, "far.ini", NULL,
                     "far.ini: the scene is too large or too small for an eye to be placed, "
                     "expected camera.eye and camera.look_at");
-    scratch_write("far.obj", "v 1.6e308 0 0\nv 1e307 1e308 0\nv 0 0 1e308\nf 1 2 3\n");
+    write_text("far.obj", "v 1.6e308 0 0\nv 1e307 1e308 0\nv 0 0 1e308\nf 1 2 3\n");
     scratch_refused(*state, "far.obj", NULL,
                     "far.obj: the scene is too large or too small for an eye to be placed, "
                     "expected camera.eye and camera.look_at");
-    scratch_write("far.obj", "v 1e307 0 0\nv 1e307 1e307 0\nv 0 0 1e307\nf 1 2 3\n");
+    write_text("far.obj", "v 1e307 0 0\nv 1e307 1e307 0\nv 0 0 1e307\nf 1 2 3\n");
     struct scratch *s = *state;
     char first[] = "camera.eye=0 0 1.7e308", second[] = "camera.look_at=0 0 0";
     char *overrides[] = {first, second};
@@ -402,7 +401,7 @@ static void test_extreme_cameras(void **state)
 /* In front is +z where up is y; the key light is the one on the right, and it is the stronger. */
 static void test_sides_of_the_automatic_view(void **state)
 {
-    scratch_write("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     struct scene *scene = scratch_scene(*state, "front.obj", NULL);
     const struct camera *camera = &scene->view.camera;
     const struct light *lights = scene_lights(scene);
@@ -422,7 +421,7 @@ static void test_sides_of_the_automatic_view(void **state)
 /* The lights that an OBJ file is given are sections as any others. */
 static void test_overridden_shoulder_lights(void **state)
 {
-    scratch_write("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     struct scene *plain = scratch_scene(*state, "front.obj", NULL);
     struct scene *scene = scratch_scene(*state, "front.obj", "light key.color=2 1 3");
     const struct light *before = scene_lights(plain), *lights = scene_lights(scene);
@@ -450,10 +449,9 @@ static void test_overridden_shoulder_lights(void **state)
 /* So are the materials of an OBJ file's MTL: what arguments do not set is as it is there. */
 static void test_overridden_mtl(void **state)
 {
-    scratch_write("glass.mtl", "newmtl glass\nKd 0.1 0.2 0.3\nKs 0.4 0.4 0.4\nd 0.25\n"
-                               "newmtl unused\nKd 1 0 0\n");
-    scratch_write("ball.obj",
-                  "mtllib glass.mtl\nusemtl glass\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("glass.mtl", "newmtl glass\nKd 0.1 0.2 0.3\nKs 0.4 0.4 0.4\nd 0.25\n"
+                            "newmtl unused\nKd 1 0 0\n");
+    write_text("ball.obj", "mtllib glass.mtl\nusemtl glass\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     char diffuse[] = "material glass.diffuse=0.5", ior[] = "material glass.ior=1.25";
     char *both[] = {diffuse, ior};
     struct job job;
@@ -485,8 +483,8 @@ static void test_unprintable_name(void **state)
 {
     struct scratch *s = *state;
     struct job job;
-    scratch_write("ball.obj", "mtllib odd.mtl\nusemtl g]h\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    scratch_write("odd.mtl", "newmtl g]h\nKd 0.1 0.2 0.3\n");
+    write_text("ball.obj", "mtllib odd.mtl\nusemtl g]h\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write_text("odd.mtl", "newmtl g]h\nKd 0.1 0.2 0.3\n");
     assert_true(scratch_load(s, "ball.obj", "material g]h.ior=2", &job));
     message_capture(s->said, sizeof s->said);
     assert_null(print_job(&job));
@@ -505,7 +503,7 @@ static void test_unprintable_name(void **state)
 static void assert_said(void **state, const char *scene, const char *said)
 {
     struct scratch *s = *state;
-    scratch_write("scene.ini", scene);
+    write_text("scene.ini", scene);
     struct job job = load(state, "scene.ini", NULL);
     job_free(&job);
     assert_string_equal(s->said, said);
@@ -525,8 +523,8 @@ static void test_glass_in_one_place(void **state)
                       "material = clear\n",
                 "scene.ini:20: warning: " DOUBLES
                 "2 in all; the first is here and coincides with that of line 8\n");
-    scratch_write("ball.ini",
-                  "[material clear]\ntransmission = 0.5\n\n[sphere]\n" BALL "material = clear\n");
+    write_text("ball.ini",
+               "[material clear]\ntransmission = 0.5\n\n[sphere]\n" BALL "material = clear\n");
     assert_said(state, CLEAR "[sphere]\n" BALL "material = clear\n[include]\nfile = ball.ini\n",
                 "ball.ini:4: warning: " DOUBLES
                 "1 in all; the first is here and coincides with that of scene.ini:5\n");
@@ -542,10 +540,10 @@ static void test_glass_faces_in_one_place(void **state)
     static const char mesh[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\n";
     char obj[128];
     snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\n", mesh);
-    scratch_write("mesh.obj", obj);
+    write_text("mesh.obj", obj);
     assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n", "");
     snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\nf 2 4 1\n", mesh);
-    scratch_write("mesh.obj", obj);
+    write_text("mesh.obj", obj);
     assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n",
                 "scene.ini:5: warning: " DOUBLES
                 "1 in all; the first is here and coincides with another one here\n");

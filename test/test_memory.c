@@ -50,9 +50,9 @@ static void test_refused(void **state)
 {
     struct scratch *s = *state;
     SKIP_IF_SANITIZED();
-    scratch_write("big.nff", "s 0 0 0 1\n");
+    write_text("big.nff", "s 0 0 0 1\n");
     assert_int_equal(truncate("big.nff", (off_t)(2 * GIB)), 0);
-    scratch_write("big.ini", "[image]\nwidth = 16384\nheight = 16384\n[light]\nposition = 0 0 0\n");
+    write_text("big.ini", "[image]\nwidth = 16384\nheight = 16384\n[light]\nposition = 0 0 0\n");
     struct job job;
     struct rlimit old = set_limit(GIB);
     bool scene = scratch_load(s, "big.nff", NULL, &job);

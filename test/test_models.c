@@ -13,6 +13,7 @@
 
 #include "config/models/lantern.h"
 #include "config/models/models.h"
+#include "test/files.h"
 
 #define TRIANGLES_OF_CG1 50000 /* the least number that the sample scene must have */
 #define ALL_MATERIALS    UINT32_MAX
@@ -166,35 +167,18 @@ static void test_lantern_stands_on_its_foot(void **state)
     mesh_free(&mesh);
 }
 
-static char *file_text(const char *folder, size_t *size)
-{
-    char path[256];
-    snprintf(path, sizeof path, "%s/lantern.obj", folder);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    long end = ftell(file);
-    assert_true(end > 0);
-    *size = (size_t)end;
-    rewind(file);
-    char *text = calloc(*size + 1, 1);
-    assert_non_null(text);
-    assert_int_equal(fread(text, 1, *size, file), *size);
-    fclose(file);
-    assert_int_equal(remove(path), 0);
-    return text;
-}
-
 static void test_two_runs_write_the_same_bytes(void **state)
 {
     (void)state;
-    char folder[] = "/tmp/farm_models_XXXXXX";
+    char folder[] = "/tmp/farm_models_XXXXXX", path[64];
     assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/lantern.obj", folder);
     size_t first_size, second_size;
     assert_true(write_lantern(folder));
-    char *first = file_text(folder, &first_size);
+    char *first = read_bytes(path, &first_size);
     assert_true(write_lantern(folder));
-    char *second = file_text(folder, &second_size);
+    char *second = read_bytes(path, &second_size);
+    assert_int_equal(remove(path), 0);
     assert_int_equal(rmdir(folder), 0);
     assert_int_equal(first_size, second_size);
     assert_memory_equal(first, second, first_size);

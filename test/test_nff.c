@@ -8,13 +8,13 @@
 
 static void refused(void **state, const char *text, const char *line)
 {
-    scratch_write("scene.nff", text);
+    write_text("scene.nff", text);
     scratch_refused(*state, "scene.nff", NULL, line);
 }
 
 static struct scene *loaded(void **state, const char *text, const char *override)
 {
-    scratch_write("scene.nff", text);
+    write_text("scene.nff", text);
     return scratch_scene(*state, "scene.nff", override);
 }
 
@@ -55,21 +55,21 @@ static void test_view(void **state)
 
 static void test_ini_wins_over_the_view(void **state)
 {
-    scratch_write("scene.nff", "b 1 0 0\n" VIEW LIGHT "s 0 0 0 1\n");
-    scratch_write("scene.ini", "[include]\nfile = scene.nff\n[camera]\neye = 5 5 5\n"
-                               "[background]\ncolor = 0 1 0\n");
+    write_text("scene.nff", "b 1 0 0\n" VIEW LIGHT "s 0 0 0 1\n");
+    write_text("scene.ini", "[include]\nfile = scene.nff\n[camera]\neye = 5 5 5\n"
+                            "[background]\ncolor = 0 1 0\n");
     struct scene *scene = scratch_scene(*state, "scene.ini", NULL);
     assert_true(scene->view.camera.eye.x == 5 && scene->view.background_top.y == 1);
     assert_int_equal(scene->view.height, 128);
     free(scene);
-    scratch_write("scene.ini", "[include]\nfile = scene.nff\ntranslate = 0 0 7\n");
+    write_text("scene.ini", "[include]\nfile = scene.nff\ntranslate = 0 0 7\n");
     scene = scratch_scene(*state, "scene.ini", NULL);
     assert_true(scene->view.camera.eye.z == 8 && scene->view.background_top.x == 1);
     assert_true(scene_lights(scene)->position.z == 10 && scene_spheres(scene)->center.z == 7);
     free(scene);
     /* Of two files the first one sets the view and the background. */
-    scratch_write("other.nff", "b 0 0 1\nv\nfrom 9 9 9\nat 0 0 0\nup 0 0 1\nangle 30\n");
-    scratch_write("scene.ini", "[include]\nfile = scene.nff\n[include]\nfile = other.nff\n");
+    write_text("other.nff", "b 0 0 1\nv\nfrom 9 9 9\nat 0 0 0\nup 0 0 1\nangle 30\n");
+    write_text("scene.ini", "[include]\nfile = scene.nff\n[include]\nfile = other.nff\n");
     scene = scratch_scene(*state, "scene.ini", NULL);
     assert_true(scene->view.camera.eye.x == 2 && scene->view.background_top.x == 1);
     free(scene);
@@ -77,11 +77,11 @@ static void test_ini_wins_over_the_view(void **state)
 
 static void test_placed(void **state)
 {
-    scratch_write("scene.nff", "v\nfrom 1 0 5\nat 1 0 0\nup 1 0 0\nangle 45\nhither 1\n" LIGHT
-                               "s 1 0 0 1.5\nc\n1 0 0 3\n2 0 0 4\n"
-                               "pp 3\n0 0 0 1 0 0\n1 0 0 1 0 0\n0 1 0 1 0 0\n");
-    scratch_write("scene.ini", "[include]\nfile = scene.nff\ntranslate = 10 20 30\nscale = 2\n"
-                               "rotate = 0 0 90\n");
+    write_text("scene.nff", "v\nfrom 1 0 5\nat 1 0 0\nup 1 0 0\nangle 45\nhither 1\n" LIGHT
+                            "s 1 0 0 1.5\nc\n1 0 0 3\n2 0 0 4\n"
+                            "pp 3\n0 0 0 1 0 0\n1 0 0 1 0 0\n0 1 0 1 0 0\n");
+    write_text("scene.ini", "[include]\nfile = scene.nff\ntranslate = 10 20 30\nscale = 2\n"
+                            "rotate = 0 0 90\n");
     struct scene *scene = scratch_scene(*state, "scene.ini", NULL);
     const struct camera *camera = &scene->view.camera;
     assert_true(camera->eye.y == 22 && camera->eye.z == 40 && camera->forward.z == -1);
@@ -107,7 +107,7 @@ static void test_lights(void **state)
 static void test_no_light(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("scene.nff", "s 0 0 0 1\n");
+    write_text("scene.nff", "s 0 0 0 1\n");
     free(scratch_scene(s, "scene.nff", NULL));
     assert_string_equal(
         s->said, "scene.nff: warning: the scene has no light: surfaces show no more than what "

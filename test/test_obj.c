@@ -11,15 +11,15 @@ static struct scene *loaded(void **state, const char *obj, const char *more)
 {
     char text[1024];
     snprintf(text, sizeof text, INI "%s", more);
-    scratch_write("scene.ini", text);
-    scratch_write("mesh.obj", obj);
+    write_text("scene.ini", text);
+    write_text("mesh.obj", obj);
     return scratch_scene(*state, "scene.ini", NULL);
 }
 
 static void refused(void **state, const char *obj, const char *line)
 {
-    scratch_write("scene.ini", INI);
-    scratch_write("mesh.obj", obj);
+    write_text("scene.ini", INI);
+    write_text("mesh.obj", obj);
     scratch_refused(*state, "scene.ini", NULL, line);
 }
 
@@ -87,7 +87,7 @@ static void test_text_form(void **state)
                "");
     assert_int_equal(triangles_of(scene), 2);
     free(scene);
-    scratch_write("mesh.obj", "v 0 0 0\nv 1 0\\\n 0\nv 1 1 x\n");
+    write_text("mesh.obj", "v 0 0 0\nv 1 0\\\n 0\nv 1 1 x\n");
     scratch_refused(*state, "scene.ini", NULL, "mesh.obj:4: 'v' needs three finite numbers");
 }
 
@@ -100,7 +100,7 @@ static const struct material *material_of(const struct scene *scene, int triangl
 static void test_lines_that_end_by_cr(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("paint.mtl", "# paints\rnewmtl red\rKd 0.5 0.25 0\rnewmtl blue\rKd 0 0 1\r");
+    write_text("paint.mtl", "# paints\rnewmtl red\rKd 0.5 0.25 0\rnewmtl blue\rKd 0 0 1\r");
     struct scene *scene =
         loaded(state,
                "# a mesh\rmtllib paint.mtl\ro thing\rv 0 0 0\rv 1 0 \\\r 0\rv 1 1 0\r"
@@ -171,11 +171,10 @@ static void test_mistakes(void **state)
 static void test_materials(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("a b.mtl",
-                  "# comment\nignored 1\nnewmtl red\nKa 1 1 1\nKd 1 0 0\nKs 0.2 0.4 0.3\n"
-                  "Ns 50\nd 0.75\nNi 1.4\nillum 3\nmap_Kd x.png\n"
-                  "newmtl dull\nKd 0.5\nKs 1 1 1\nTr 0.25\nillum 2\n");
-    scratch_write("c.mtl", "newmtl green\nKd 0 1 0\nKs 2 2 2\nillum 3\n");
+    write_text("a b.mtl", "# comment\nignored 1\nnewmtl red\nKa 1 1 1\nKd 1 0 0\nKs 0.2 0.4 0.3\n"
+                          "Ns 50\nd 0.75\nNi 1.4\nillum 3\nmap_Kd x.png\n"
+                          "newmtl dull\nKd 0.5\nKs 1 1 1\nTr 0.25\nillum 2\n");
+    write_text("c.mtl", "newmtl green\nKd 0 1 0\nKs 2 2 2\nillum 3\n");
     struct scene *scene =
         loaded(state,
                "mtllib a b.mtl\nmtllib c.mtl\n" SQUARE
@@ -211,8 +210,8 @@ static void test_materials(void **state)
 static void test_library_between_uses(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("one.mtl", "newmtl red\nKd 1 0 0\nnewmtl other\nKd 0 0 1\n");
-    scratch_write("two.mtl", "newmtl red\nKd 0 1 0\n");
+    write_text("one.mtl", "newmtl red\nKd 1 0 0\nnewmtl other\nKd 0 0 1\n");
+    write_text("two.mtl", "newmtl red\nKd 0 1 0\n");
     struct scene *scene =
         loaded(state,
                SQUARE "usemtl red\nf 1 2 3\nmtllib one.mtl\nf 1 2 3\nusemtl red\nf 1 2 3\n"
@@ -232,8 +231,8 @@ static void test_library_between_uses(void **state)
 static void test_warnings_of_gain(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("gain.mtl", "newmtl glass\nillum 7\nKs 1 1 1\nd 0.1\n"
-                              "newmtl red\nKd 255 0 0\nnewmtl mirror\nillum 3\nKs 1 1 1\n");
+    write_text("gain.mtl", "newmtl glass\nillum 7\nKs 1 1 1\nd 0.1\n"
+                           "newmtl red\nKd 255 0 0\nnewmtl mirror\nillum 3\nKs 1 1 1\n");
     free(loaded(state,
                 "mtllib gain.mtl\n" SQUARE "usemtl glass\nf 1 2 3\nusemtl red\nf 1 2 3\n"
                 "usemtl glass\nf 2 3 4\nmtllib gain.mtl\n",
@@ -248,9 +247,9 @@ static void test_warnings_of_gain(void **state)
 static void test_one_warning_of_textures(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("bark.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\nbump -bm 1 bark_n.png\n"
-                              "newmtl leaf\nKd 0 1 0\nmap_d leaf.png\n");
-    scratch_write("leaf.mtl", "newmtl twig\nKe 0 0 0\nBump twig.png\n");
+    write_text("bark.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\nbump -bm 1 bark_n.png\n"
+                           "newmtl leaf\nKd 0 1 0\nmap_d leaf.png\n");
+    write_text("leaf.mtl", "newmtl twig\nKe 0 0 0\nBump twig.png\n");
     struct scene *scene =
         loaded(state, "mtllib bark.mtl leaf.mtl\n" SQUARE "usemtl leaf\nf 1 2 3\n", "");
     assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
@@ -266,8 +265,8 @@ static void test_one_warning_of_textures(void **state)
 static void test_one_warning_of_emission(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("lamp.mtl", "newmtl wall\nKe 0 0 0\nKe 0\nKe red\nKe spectral a.rfl\n"
-                              "newmtl lamp\nKe 0 0.5 0\nnewmtl fire\nKe 2\n");
+    write_text("lamp.mtl", "newmtl wall\nKe 0 0 0\nKe 0\nKe red\nKe spectral a.rfl\n"
+                           "newmtl lamp\nKe 0 0.5 0\nnewmtl fire\nKe 2\n");
     free(loaded(state, "mtllib lamp.mtl\n" SQUARE "usemtl lamp\nf 1 2 3\n", ""));
     assert_string_equal(s->said,
                         "lamp.mtl:7: warning: 'Ke' is left out: surfaces give off no light "
@@ -278,12 +277,12 @@ static void test_one_warning_of_emission(void **state)
 static void test_keys_in_another_case(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("case.mtl", "newmtl a\nkd 1 0 0\nKD 1 0 0\nka 1 1 1\n");
+    write_text("case.mtl", "newmtl a\nkd 1 0 0\nKD 1 0 0\nka 1 1 1\n");
     struct scene *scene = loaded(state, "mtllib case.mtl\n" SQUARE "usemtl a\nf 1 2 3\n", "");
     assert_true(material_of(scene, 0)->color.y == 0.8);
     assert_string_equal(s->said, "case.mtl:2: warning: 'kd' is left out, did you mean 'Kd'?\n");
     free(scene);
-    scratch_write("case.mtl", "Kd 1 1 1\nNewMtl a\n");
+    write_text("case.mtl", "Kd 1 1 1\nNewMtl a\n");
     free(loaded(state, "mtllib case.mtl\n" SQUARE "f 1 2 3\n", ""));
     assert_string_equal(s->said,
                         "case.mtl:2: warning: 'NewMtl' is left out, did you mean 'newmtl'?\n");
@@ -293,7 +292,7 @@ static void test_keys_in_another_case(void **state)
 static void test_unknown_name_of_a_material(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("metals.mtl", "newmtl gold\nKd 1 1 0\nnewmtl gold\nnewmtl tin\n");
+    write_text("metals.mtl", "newmtl gold\nKd 1 1 0\nnewmtl gold\nnewmtl tin\n");
     free(loaded(state, "mtllib metals.mtl\n" SQUARE "usemtl gld\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "mesh.obj:6: warning: no material is called 'gld', grey is used, "
                                  "did you mean 'gold'?\n");
@@ -311,7 +310,7 @@ static void test_missing_library(void **state)
     struct scratch *s = *state;
     free(loaded(state, "mtllib none.mtl\n" SQUARE "usemtl red\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "mesh.obj:1: warning: the material file 'none.mtl' is missing\n");
-    scratch_write("bad.mtl", "newmtl red\nKd 1 x 0\n");
+    write_text("bad.mtl", "newmtl red\nKd 1 x 0\n");
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a share "
             "from "
@@ -322,8 +321,8 @@ static void test_missing_library(void **state)
 static void test_comment_behind_a_library(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("one.mtl", "newmtl red\nKd 1 0 0\n");
-    scratch_write("#2.mtl", "newmtl blue\nKd 0 0 1\n");
+    write_text("one.mtl", "newmtl red\nKd 1 0 0\n");
+    write_text("#2.mtl", "newmtl blue\nKd 0 0 1\n");
     struct scene *scene = loaded(state,
                                  "mtllib one.mtl #2.mtl\nmtllib one.mtl # my paints\n" SQUARE
                                  "usemtl blue\nf 1 2 3\nusemtl gren\nf 2 3 4\n",
@@ -340,11 +339,11 @@ static void test_comment_behind_a_library(void **state)
 static void test_legal_forms_of_materials(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("forms.mtl",
-                  "newmtl a\nd -halo 0.5\nKd spectral f.rfl 1.0\nKs xyz 1 1 1\nd 0.25\nTr 0.5\n"
-                  "newmtl b\nTr 0.5\nd 0.25\nKs 0.5 0.5 0.5\nillum 1\n"
-                  "newmtl c\nKs 0.5 0.5 0.5\nillum 0\nKd xyz 1 1 1\n"
-                  "newmtl d\nKs 0.5 0.5 0.5\nNi 1.25\n");
+    write_text("forms.mtl",
+               "newmtl a\nd -halo 0.5\nKd spectral f.rfl 1.0\nKs xyz 1 1 1\nd 0.25\nTr 0.5\n"
+               "newmtl b\nTr 0.5\nd 0.25\nKs 0.5 0.5 0.5\nillum 1\n"
+               "newmtl c\nKs 0.5 0.5 0.5\nillum 0\nKd xyz 1 1 1\n"
+               "newmtl d\nKs 0.5 0.5 0.5\nNi 1.25\n");
     struct scene *scene =
         loaded(state,
                "mtllib forms.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 2 3 4\n"
@@ -363,20 +362,20 @@ static void test_legal_forms_of_materials(void **state)
                         "forms.mtl:3: warning: colours given as 'spectral' are left out, only red, "
                         "green and blue are known\n");
     free(scene);
-    scratch_write("bad.mtl", "newmtl a\nKd 1e999 0 0\n");
+    write_text("bad.mtl", "newmtl a\nKd 1e999 0 0\n");
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
-    scratch_write("bad.mtl", "newmtl a\nKd 1 0 -1\n");
+    write_text("bad.mtl", "newmtl a\nKd 1 0 -1\n");
     scratch_refused(
         *state, "scene.ini", NULL,
         "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a "
         "share from 0 to 1");
-    scratch_write("bad.mtl", "newmtl a\nNs 1e16\n");
+    write_text("bad.mtl", "newmtl a\nNs 1e16\n");
     scratch_refused(
         *state, "scene.ini", NULL,
         "bad.mtl:2: 'Ns' needs finite numbers in their range, such as a colour >= 0 or a "
         "share from 0 to 1");
-    scratch_write("bad.mtl", "newmtl a\nd -halo 1.5\n");
+    write_text("bad.mtl", "newmtl a\nd -halo 1.5\n");
     scratch_refused(
         *state, "scene.ini", NULL,
         "bad.mtl:2: 'd' needs finite numbers in their range, such as a colour >= 0 or a "
@@ -388,27 +387,27 @@ static void test_legal_forms_of_materials(void **state)
 static void test_index_of_refraction_of_0(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("zero.mtl", "newmtl a\nNi 0.000000\nd 1\n");
+    write_text("zero.mtl", "newmtl a\nNi 0.000000\nd 1\n");
     struct scene *scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl a\nf 1 2 3\n", "");
     assert_true(material_of(scene, 0)->ior == 1);
     assert_string_equal(s->said, "");
     free(scene);
-    scratch_write("zero.mtl", "newmtl a\nNi 0\nnewmtl b\nNi 1.5\nNi 0\nTr 0.5\n"
-                              "newmtl c\nd 0.25\nNi 0\nnewmtl d\nd 0.5\nNi 0\nNi 1.25\n");
+    write_text("zero.mtl", "newmtl a\nNi 0\nnewmtl b\nNi 1.5\nNi 0\nTr 0.5\n"
+                           "newmtl c\nd 0.25\nNi 0\nnewmtl d\nd 0.5\nNi 0\nNi 1.25\n");
     scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl b\nf 1 2 3\nusemtl d\nf 2 3 4\n", "");
     assert_true(material_of(scene, 0)->ior == 1 && material_of(scene, 1)->ior == 1.25);
     assert_string_equal(s->said,
                         "zero.mtl:5: warning: 'Ni' is 0 and counts as not given: light that "
                         "is let through is not bent\n");
     free(scene);
-    scratch_write("zero.mtl", "newmtl d\nd 0.5\nNi 0\nNi 1.25\n"); /* given after all */
+    write_text("zero.mtl", "newmtl d\nd 0.5\nNi 0\nNi 1.25\n"); /* given after all */
     free(loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl d\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "");
     static const char *const mistakes[] = {"-1", "nan", "-1e-300", "inf", "x"};
     for (size_t i = 0; i < sizeof mistakes / sizeof *mistakes; i++) {
         char mtl[64];
         snprintf(mtl, sizeof mtl, "newmtl a\nNi %s\n", mistakes[i]);
-        scratch_write("bad.mtl", mtl);
+        write_text("bad.mtl", mtl);
         refused(state, "mtllib bad.mtl\n",
                 "bad.mtl:2: 'Ni' needs finite numbers in their range, such as a colour >= 0 or a "
                 "share from 0 to 1");
@@ -419,8 +418,8 @@ static void test_index_of_refraction_of_0(void **state)
 static void test_libraries_and_names(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl m\nKd 0 1 0\n");
-    scratch_write("two.mtl", "newmtl m\nKd 0 0 1\n");
+    write_text("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl m\nKd 0 1 0\n");
+    write_text("two.mtl", "newmtl m\nKd 0 0 1\n");
     struct scene *scene = loaded(state, "mtllib one.mtl\n" SQUARE "usemtl m\nf 1 2 3\n", "");
     assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
     free(scene);
@@ -437,7 +436,7 @@ static void test_libraries_and_names(void **state)
     char *mtl = allocate(size, 1), *obj = allocate(size, 1);
     for (int i = 0; i < NAMES; i++)
         used += (size_t)snprintf(mtl + used, size - used, "newmtl n%d\nNs %d\n", i, i);
-    scratch_write("many.mtl", mtl);
+    write_text("many.mtl", mtl);
     used = (size_t)snprintf(obj, size, "mtllib many.mtl\n" SQUARE);
     for (int i = 0; i < NAMES; i++)
         used += (size_t)snprintf(obj + used, size - used, "usemtl n%d\nf 1 2 3\n", i + 10);
@@ -456,10 +455,10 @@ static void test_libraries_and_names(void **state)
 /* Every mesh has its own vertices and normals, independent of the meshes before it. */
 static void test_several_smooth_meshes(void **state)
 {
-    scratch_write("mesh.obj", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n"
-                              "f 2 3 4 5\nf 5 4 6 7\n");
-    scratch_write("scene.ini", INI "smooth = 180\n[mesh b]\nfile = mesh.obj\nsmooth = 180\n"
-                                   "rotate = 0 0 90\n");
+    write_text("mesh.obj", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n"
+                           "f 2 3 4 5\nf 5 4 6 7\n");
+    write_text("scene.ini", INI "smooth = 180\n[mesh b]\nfile = mesh.obj\nsmooth = 180\n"
+                                "rotate = 0 0 90\n");
     struct scene *scene = scratch_scene(*state, "scene.ini", NULL);
     assert_int_equal(patches_of(scene), 8);
     assert_int_equal(scene->vertices.count, 14);
@@ -796,7 +795,7 @@ static void test_fan_at_an_edge(void **state)
 static void test_obj_as_config(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("mesh.obj", ROOF);
+    write_text("mesh.obj", ROOF);
     struct job job;
     assert_true(scratch_load(s, "mesh.obj", "image.width=100", &job));
     assert_string_equal(s->said, "");

@@ -9,11 +9,7 @@
 #include <cmocka.h>
 
 #include "master/outlook.h"
-
-static void assert_near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%g instead of %g", value, expected);
-}
+#include "test/near.h"
 
 static void test_nothing(void **state)
 {

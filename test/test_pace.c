@@ -8,12 +8,7 @@
 #include <cmocka.h>
 
 #include "master/pace.h"
-
-static void assert_near(double value, double expected, double share)
-{
-    if (!(fabs(value - expected) <= share * fabs(expected)))
-        fail_msg("%g instead of %g", value, expected);
-}
+#include "test/near.h"
 
 /* The fixed cost of answers if pixels cost 4 ns each, and if it cannot be determined because all answers have the same
  * number of pixels. */
@@ -26,7 +21,7 @@ static void test_service(void **state)
         double pixels = 64 * (1 + i * 7 % 30);
         pace_served(&pace, 1e-6 + 4e-9 * pixels, pixels);
     }
-    assert_near(pace.service_s, 1e-6, 0.01);
+    assert_close(pace.service_s, 1e-6, 0.01);
     for (int i = 0; i < 400; i++)
         pace_served(&pace, 5e-6, 1000);
     assert_true(pace.service_s > 0 && pace.service_s <= 5e-6 * 1.001);
@@ -34,7 +29,7 @@ static void test_service(void **state)
     pace_init(&pace, 44);
     for (int i = 0; i < 50; i++)
         pace_served(&pace, 5e-6, 1000);
-    assert_near(pace.service_s, 5e-6, 1e-6);
+    assert_close(pace.service_s, 5e-6, 1e-6);
     pace_free(&pace);
 }
 
@@ -130,7 +125,7 @@ static void test_longest_lot(void **state)
     for (int i = 0; i < 20; i++)
         work_once(&pace, &now);
     pace_served(&pace, 1e-6, 1);
-    assert_near(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work), 0.25, 1e-6);
+    assert_close(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work), 0.25, 1e-6);
     for (int i = 0; i < 400; i++)
         pace_served(&pace, 1e-2, 1);
     assert_true(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work) > 1);
@@ -148,7 +143,7 @@ static void test_partial_answers(void **state)
         pace_init(&pace, counts[i]);
         for (int k = 0; k < 20; k++)
             pace_served(&pace, 5e-6, 1000);
-        assert_near(pace_answer_after(&pace), fmax(0.25, 1e-3 * counts[i]), 1e-6);
+        assert_close(pace_answer_after(&pace), fmax(0.25, 1e-3 * counts[i]), 1e-6);
         pace_free(&pace);
     }
 }
@@ -170,7 +165,7 @@ static void test_calm(void **state)
     pace_given(&pace, 1, 20, 1);
     double both = pace_calm(&pace, 20);
     assert_true(both > 0 && both < alone);
-    assert_near(pace_calm(&pace, 20.5), both - 0.5, 1e-9);
+    assert_close(pace_calm(&pace, 20.5), both - 0.5, 1e-9);
     assert_true(pace_calm(&pace, 20 + 1.001 * both) == 0);
     pace_check(&pace, 1000);
     assert_true(pace_calm(&pace, 20) == 0);
@@ -186,10 +181,10 @@ static void test_calm_of_few_answers(void **state)
     for (uint32_t i = 0; i < 4; i++)
         pace_given(&pace, i, 0, 100);
     pace_answered(&pace, 0, 1, 1, 1, true);
-    assert_near(pace_calm(&pace, 1), 0.25, 1e-9);
+    assert_close(pace_calm(&pace, 1), 0.25, 1e-9);
     for (uint32_t i = 1; i < 4; i++)
         pace_answered(&pace, i, 1, 1, 1, true);
-    assert_near(pace_calm(&pace, 1), 1, 1e-9);
+    assert_close(pace_calm(&pace, 1), 1, 1e-9);
     pace_free(&pace);
 }
 

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "master/queue_parts.h"
+#include "test/near.h"
 #include "test/queue_halves_fixture.h"
 
 /* Impossible costs of probed pixels are refused: with a NaN in the predictions, tiles could not be sorted. */
@@ -52,11 +53,6 @@ static struct cost block_cost(const struct cost_map *map, uint32_t column, uint3
     return (struct cost){cost.work / 100, cost.worst / 100};
 }
 
-static void assert_near(double a, double b)
-{
-    assert_true(fabs(a - b) <= 1e-6 * fabs(b));
-}
-
 /* Costs are smoothed with the weights 4, 2 and 1, after three quarters of the cheapest are subtracted as the fixed cost
  * of a probe. A probe whose answer comes twice counts once. */
 static void test_costs_are_smoothed(void **state)
@@ -68,12 +64,12 @@ static void test_costs_are_smoothed(void **state)
     put_row(&map, 1, 33, 1, 1);
     put_row(&map, 2, 1, 1, 1);
     cost_settle(&map);
-    assert_near(block_cost(&map, 1, 1).work, (16.25 + 2 * 32.25 + 13 * 0.25) / 16);
-    assert_near(block_cost(&map, 1, 1).worst, 32.25);
+    assert_close(block_cost(&map, 1, 1).work, (16.25 + 2 * 32.25 + 13 * 0.25) / 16, 1e-6);
+    assert_close(block_cost(&map, 1, 1).worst, 32.25, 1e-6);
     /* A block at the edge stands for those beyond it. */
-    assert_near(block_cost(&map, 2, 0).work, (9 * 16.25 + 7 * 0.25) / 16);
+    assert_close(block_cost(&map, 2, 0).work, (9 * 16.25 + 7 * 0.25) / 16, 1e-6);
     double between = (block_cost(&map, 1, 1).work + block_cost(&map, 2, 1).work) / 2;
-    assert_near(cost_predict(&map, 15, 10, 10, 10).work / 100, between);
+    assert_close(cost_predict(&map, 15, 10, 10, 10).work / 100, between, 1e-6);
     cost_free(&map);
 }
 
@@ -86,8 +82,8 @@ static void test_unknown_costs(void **state)
     put_row(&map, 0, 1, 3, 2);
     put_row(&map, 0, 1, 3, 2);
     cost_settle(&map);
-    assert_near(block_cost(&map, 1, 1).work, (0.25 + 2 * 2.25 + 1.25) / 4);
-    assert_near(block_cost(&map, 1, 4).work, 2 - 0.75);
+    assert_close(block_cost(&map, 1, 1).work, (0.25 + 2 * 2.25 + 1.25) / 4, 1e-6);
+    assert_close(block_cost(&map, 1, 4).work, 2 - 0.75, 1e-6);
     cost_free(&map);
 }
 

@@ -17,14 +17,14 @@ static int make_folders(void **state)
     mkdir("scene", 0700);
     mkdir("scene/parts", 0700);
     mkdir("scenery", 0700);
-    scratch_write("ball.ini", BALL);
-    scratch_write("scenery/ball.ini", BALL);
-    scratch_write("scenery/ball.nff", "s 0 0 0 1\n");
-    scratch_write("scenery/face.obj", FACE);
-    scratch_write("scenery/red.mtl", "newmtl red\nKd 1 0 0\n");
-    scratch_write("scenery/red.obj", "mtllib red.mtl\nusemtl red\n" FACE);
-    scratch_write("scene/ball.ini", BALL);
-    scratch_write("scene/parts/up.ini", "[include]\nfile = ../ball.ini\n");
+    write_text("ball.ini", BALL);
+    write_text("scenery/ball.ini", BALL);
+    write_text("scenery/ball.nff", "s 0 0 0 1\n");
+    write_text("scenery/face.obj", FACE);
+    write_text("scenery/red.mtl", "newmtl red\nKd 1 0 0\n");
+    write_text("scenery/red.obj", "mtllib red.mtl\nusemtl red\n" FACE);
+    write_text("scene/ball.ini", BALL);
+    write_text("scene/parts/up.ini", "[include]\nfile = ../ball.ini\n");
     return symlink("../scenery/face.obj", "scene/link.obj") != 0;
 }
 
@@ -35,7 +35,7 @@ static void outside(void **state, const char *text, const char *where, const cha
     struct scratch *s = *state;
     char line[1024];
     struct job job;
-    scratch_write("scene/scene.ini", text);
+    write_text("scene/scene.ini", text);
     snprintf(line, sizeof line,
              "%s: '%s' lies outside of the scene's folder %s/scene, expected a file in it "
              "(farm --allow-outside reads any)",
@@ -66,10 +66,10 @@ static void test_outside(void **state)
 
 static void test_outside_of_a_part(void **state)
 {
-    scratch_write("scene/parts/out.ini", "[include]\nfile = ../../scenery/ball.ini\n");
+    write_text("scene/parts/out.ini", "[include]\nfile = ../../scenery/ball.ini\n");
     outside(state, "[include]\nfile = parts/out.ini\n", "scene/parts/out.ini:2: [include]",
             "scene/parts/../../scenery/ball.ini");
-    scratch_write("scene/parts/out.obj", "mtllib ../../scenery/red.mtl\n" FACE);
+    write_text("scene/parts/out.obj", "mtllib ../../scenery/red.mtl\n" FACE);
     outside(state, "[mesh]\nfile = parts/out.obj\n", "scene/parts/out.obj:1",
             "scene/parts/../../scenery/red.mtl");
 }
@@ -82,7 +82,7 @@ static void test_inside(void **state)
              "[include]\nfile = parts/up.ini\n[include]\nfile = parts/../ball.ini\n"
              "[include]\nfile = %s/scene/ball.ini\n" LIGHT,
              s->folder);
-    scratch_write("scene/scene.ini", text);
+    write_text("scene/scene.ini", text);
     struct scene *scene = scratch_scene(s, "scene/scene.ini", NULL);
     assert_int_equal(scene->primitives[PRIMITIVE_SPHERE].count, 3);
     free(scene);
@@ -98,10 +98,10 @@ static void test_inside(void **state)
 static void test_arguments(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("scene/scene.ini", "[mesh m]\nfile = none.obj\n" LIGHT);
+    write_text("scene/scene.ini", "[mesh m]\nfile = none.obj\n" LIGHT);
     free(scratch_scene(s, "scene/scene.ini", "mesh m.file=scenery/red.obj"));
-    scratch_write("scene/scene.ini", "[include p]\nfile = none.ini\n" LIGHT);
-    scratch_write("scenery/up.ini", "[include]\nfile = ../ball.ini\n");
+    write_text("scene/scene.ini", "[include p]\nfile = none.ini\n" LIGHT);
+    write_text("scenery/up.ini", "[include]\nfile = ../ball.ini\n");
     char line[512];
     snprintf(
         line, sizeof line,
@@ -116,7 +116,7 @@ static void test_arguments(void **state)
 static void test_missing_outside(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("scene/scene.ini", "[mesh]\nfile = ../none.obj\n");
+    write_text("scene/scene.ini", "[mesh]\nfile = ../none.obj\n");
     char line[1024];
     snprintf(
         line, sizeof line,
@@ -135,13 +135,13 @@ static void test_missing_outside(void **state)
     for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
         char text[128];
         snprintf(text, sizeof text, "[mesh]\nfile = %s\n", inside[i]);
-        scratch_write("scene/scene.ini", text);
+        write_text("scene/scene.ini", text);
         snprintf(line, sizeof line,
                  "scene/scene.ini:2: [mesh]: cannot open scene/%s: No such file or directory",
                  inside[i]);
         scratch_refused(s, "scene/scene.ini", NULL, line);
     }
-    scratch_write("scene/lost.obj", "mtllib ../none.mtl\n" FACE);
+    write_text("scene/lost.obj", "mtllib ../none.mtl\n" FACE);
     free(scratch_scene(s, "scene/lost.obj", NULL));
     assert_string_equal(s->said,
                         "scene/lost.obj:1: warning: the material file '../none.mtl' is missing\n");

@@ -18,8 +18,8 @@ static const char patch[] =
 /* The block, in memory that can be changed; the caller frees it. */
 static struct scene *make(void **state)
 {
-    scratch_write("scene.ini", text);
-    scratch_write("patch.nff", patch);
+    write_text("scene.ini", text);
+    write_text("patch.nff", patch);
     return scratch_scene(*state, "scene.ini", NULL);
 }
 
@@ -152,10 +152,9 @@ static void test_features(void **state)
     assert_int_equal(scene_features(scene), all_kinds | FEATURE_LIGHTS | FEATURE_SHADOWS |
                                                 FEATURE_SPECULAR | FEATURE_REFLECTION);
     free(scene);
-    scratch_write("few.ini",
-                  "[material glass]\ntransmission = 1\n[material unused]\nreflection = 1\n"
-                  "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = glass\n"
-                  "[light]\nposition = 1 2 3\n");
+    write_text("few.ini", "[material glass]\ntransmission = 1\n[material unused]\nreflection = 1\n"
+                          "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = glass\n"
+                          "[light]\nposition = 1 2 3\n");
     scene = scratch_scene(*state, "few.ini", "render.shadows=no");
     assert_int_equal(scene_features(scene),
                      FEATURE_SPHERES | FEATURE_LIGHTS | FEATURE_SPECULAR | FEATURE_REFRACTION);

@@ -14,6 +14,7 @@
 #include "bench/balance_trace.h"
 #include "common/message.h"
 #include "test/fatal.h"
+#include "test/near.h"
 
 enum { WIDTH = 64, HEIGHT = 64 };
 
@@ -59,13 +60,6 @@ static struct sim_outcome run(enum schedule schedule, const struct machine *mach
     return outcome;
 }
 
-static void assert_near(double value, double expected, double share)
-{
-    if (fabs(value / expected - 1) <= share) return;
-    print_error("%g instead of %g\n", value, expected);
-    fail();
-}
-
 static const double all_s = WIDTH * HEIGHT * PIXEL_S;
 
 /* One renderer takes as long as its work. The fixed cost of a tile is that of the cheapest pixel. */
@@ -75,9 +69,9 @@ static void test_serial(void **state)
     struct machine machine = machine_of(1);
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
-        assert_near(outcome.render_s, all_s, 0.02);
-        assert_near(outcome.useful_s, outcome.render_s, 1e-9);
-        assert_near(outcome.renderers[0].busy_s, outcome.render_s, 1e-9);
+        assert_close(outcome.render_s, all_s, 0.02);
+        assert_close(outcome.useful_s, outcome.render_s, 1e-9);
+        assert_close(outcome.renderers[0].busy_s, outcome.render_s, 1e-9);
         assert_int_equal(outcome.renderers[0].pixels, WIDTH * HEIGHT);
         assert_int_equal(outcome.messages, 0);
         sim_outcome_free(&outcome);
@@ -90,9 +84,9 @@ static void test_equal_shares(void **state)
     struct machine machine = machine_of(4);
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
-        assert_near(outcome.render_s, all_s / 4, 0.04);
-        assert_near(outcome.useful_s, all_s, 0.02);
-        assert_near(sim_efficiency(&outcome, 4), all_s / 4 / outcome.render_s, 0.02);
+        assert_close(outcome.render_s, all_s / 4, 0.04);
+        assert_close(outcome.useful_s, all_s, 0.02);
+        assert_close(sim_efficiency(&outcome, 4), all_s / 4 / outcome.render_s, 0.02);
         assert_true(outcome.messages > 0);
         sim_outcome_free(&outcome);
     }
@@ -106,16 +100,16 @@ static void test_shared_cores(void **state)
     machine.cores = 2;
     machine.slice_s = 1e-5;
     struct sim_outcome outcome = run(SCHEDULE_STRIPS, &machine);
-    assert_near(outcome.render_s, all_s / 2, 0.02);
-    assert_near(outcome.renderers[7].busy_s, all_s / 2, 0.02);
+    assert_close(outcome.render_s, all_s / 2, 0.02);
+    assert_close(outcome.renderers[7].busy_s, all_s / 2, 0.02);
     sim_outcome_free(&outcome);
     /* With time slices longer than the work, four renderers run one after the other on each core. */
     machine.slice_s = 1;
     outcome = run(SCHEDULE_STRIPS, &machine);
-    assert_near(outcome.render_s, all_s / 2, 0.02);
-    assert_near(outcome.renderers[0].busy_s, all_s / 8, 0.02);
-    assert_near(outcome.renderers[7].busy_s, all_s / 8, 0.02);
-    assert_near(outcome.renderers[7].finish_s, all_s / 2, 0.02);
+    assert_close(outcome.render_s, all_s / 2, 0.02);
+    assert_close(outcome.renderers[0].busy_s, all_s / 8, 0.02);
+    assert_close(outcome.renderers[7].busy_s, all_s / 8, 0.02);
+    assert_close(outcome.renderers[7].finish_s, all_s / 2, 0.02);
     sim_outcome_free(&outcome);
 }
 
@@ -127,7 +121,7 @@ static void test_starts(void **state)
     struct machine machine = machine_of(2);
     machine.starts = starts;
     struct sim_outcome outcome = run(SCHEDULE_TILES, &machine);
-    assert_near(outcome.render_s, all_s * 3 / 4, 0.02);
+    assert_close(outcome.render_s, all_s * 3 / 4, 0.02);
     assert_true(outcome.renderers[0].pixels > 2 * outcome.renderers[1].pixels);
     sim_outcome_free(&outcome);
 }
@@ -141,14 +135,14 @@ static void test_beside_tiles(void **state)
     machine.slice_s = 1e-4;
     machine.messages.looking_share = 0.1;
     struct sim_outcome outcome = run(SCHEDULE_TILES, &machine);
-    assert_near(outcome.render_s, all_s / 0.9, 0.02);
+    assert_close(outcome.render_s, all_s / 0.9, 0.02);
     uint32_t tiles = outcome.tiles;
     sim_outcome_free(&outcome);
     machine.messages.looking_share = 0;
     machine.messages.tile_s = PIXEL_S;
     outcome = run(SCHEDULE_TILES, &machine);
-    assert_near(outcome.render_s, all_s + tiles * PIXEL_S, 0.02);
-    assert_near(outcome.useful_s, all_s, 0.02);
+    assert_close(outcome.render_s, all_s + tiles * PIXEL_S, 0.02);
+    assert_close(outcome.useful_s, all_s, 0.02);
     sim_outcome_free(&outcome);
 }
 
@@ -193,12 +187,12 @@ static void test_run_costs(void **state)
     trace_read(&trace, path);
     remove(path);
     assert_int_equal(trace.count, 4);
-    assert_near(trace_cpu(&trace), 6100e-6, 1e-9);
-    assert_near(trace_work(&trace), 6040e-6, 1e-9);
-    assert_near(trace_share(&trace, 0), 4100.0 / 5120, 1e-9);
+    assert_close(trace_cpu(&trace), 6100e-6, 1e-9);
+    assert_close(trace_work(&trace), 6040e-6, 1e-9);
+    assert_close(trace_share(&trace, 0), 4100.0 / 5120, 1e-9);
     trace_starts(&trace, 3, starts);
-    assert_near(starts[0], 10e-6, 1e-9);
-    assert_near(starts[1], 200e-6, 1e-9);
+    assert_close(starts[0], 10e-6, 1e-9);
+    assert_close(starts[1], 200e-6, 1e-9);
     assert_true(starts[2] == 0);
     struct tile_costs map = even_costs();
     struct run_costs run;
@@ -209,14 +203,14 @@ static void test_run_costs(void **state)
     lower.y = 32;
     part.x = 8, part.w = 16;
     both.y = 16;
-    assert_near(costs_of(&costs, &upper), 4000e-6, 1e-9);
-    assert_near(costs_of(&costs, &lower), 2000e-6, 1e-9);
-    assert_near(costs_of(&costs, &part), 1000e-6, 0.02);
-    assert_near(costs_of(&costs, &both), 3000e-6, 0.02);
+    assert_close(costs_of(&costs, &upper), 4000e-6, 1e-9);
+    assert_close(costs_of(&costs, &lower), 2000e-6, 1e-9);
+    assert_close(costs_of(&costs, &part), 1000e-6, 0.02);
+    assert_close(costs_of(&costs, &both), 3000e-6, 0.02);
     struct tile probes = {.y = 3, .w = 48, .h = 1, .step = 6, .pass = TILE_PROBE}, others = probes;
     others.y = 9;
-    assert_near(costs_of(&costs, &probes), 40e-6, 1e-9);
-    assert_near(costs_of(&costs, &others), 8 * PIXEL_S, 1e-6);
+    assert_close(costs_of(&costs, &probes), 40e-6, 1e-9);
+    assert_close(costs_of(&costs, &others), 8 * PIXEL_S, 1e-6);
     run_costs_free(&run);
     costs_free(&map);
     trace_free(&trace);
@@ -230,10 +224,10 @@ static void test_speeds(void **state)
     struct machine machine = machine_of(4);
     machine.speeds = speeds;
     struct sim_outcome outcome = run(SCHEDULE_STRIPS, &machine);
-    assert_near(outcome.render_s, all_s, 0.02);
+    assert_close(outcome.render_s, all_s, 0.02);
     sim_outcome_free(&outcome);
     outcome = run(SCHEDULE_TILES, &machine);
-    assert_near(outcome.render_s, all_s / 3.25, 0.1);
+    assert_close(outcome.render_s, all_s / 3.25, 0.1);
     sim_outcome_free(&outcome);
 }
 
@@ -247,8 +241,8 @@ static void test_messages(void **state)
     machine.messages.service_pixel_s = 1e-6;
     struct sim_outcome slow = run(SCHEDULE_STRIPS, &machine);
     double later = slow.render_s - plain.render_s, service = WIDTH * HEIGHT / 2 * 1e-6;
-    assert_near(later, 2 * 0.01 + service, 0.01);
-    assert_near(slow.master_s, service, 0.01);
+    assert_close(later, 2 * 0.01 + service, 0.01);
+    assert_close(slow.master_s, service, 0.01);
     assert_true(slow.renderers[1].send_s >= 0.01);
     sim_outcome_free(&plain);
     sim_outcome_free(&slow);
@@ -263,14 +257,14 @@ static void test_trays(void **state)
     machine.messages.tray_s = 1e-5;
     struct sim_outcome trays = run(SCHEDULE_TILES, &machine);
     assert_true(trays.messages > 0);
-    assert_near(trays.master_s, (double)trays.messages * 1e-5, 0.2);
+    assert_close(trays.master_s, (double)trays.messages * 1e-5, 0.2);
     sim_outcome_free(&trays);
     machine = machine_of(1);
     machine.rings = true;
     machine.master_renders = false;
     machine.messages.fetch_s = 1e-5;
     struct sim_outcome whole = run(SCHEDULE_STRIPS, &machine);
-    assert_near(whole.master_s, 1e-5, 0.01);
+    assert_close(whole.master_s, 1e-5, 0.01);
     sim_outcome_free(&whole);
 }
 
@@ -341,7 +335,7 @@ static void test_nodes(void **state)
     machine.node_cores = 4;
     machine.master_renders = false;
     struct sim_outcome outcome = run(SCHEDULE_DYNAMIC, &machine);
-    assert_near(outcome.render_s, all_s / 8, 0.3);
+    assert_close(outcome.render_s, all_s / 8, 0.3);
     assert_int_equal(outcome.renderers[0].pixels + outcome.renderers[1].pixels, WIDTH * HEIGHT);
     sim_outcome_free(&outcome);
 }
@@ -354,11 +348,11 @@ static void test_scaled_costs(void **state)
     struct picture_costs costs = {.map = &map, .single = &map, .scale = 2, .samples = 1, .top = 16};
     assert_int_equal(costs_width(&costs), 2 * WIDTH);
     assert_int_equal(costs_height(&costs), HEIGHT);
-    assert_near(costs_total(&costs), 2 * all_s, 0.02);
+    assert_close(costs_total(&costs), 2 * all_s, 0.02);
     struct tile odd = {.x = 3, .y = 5, .w = 17, .h = 9, .step = 1};
-    assert_near(costs_of(&costs, &odd), 17 * 9 * PIXEL_S, 0.05);
+    assert_close(costs_of(&costs, &odd), 17 * 9 * PIXEL_S, 0.05);
     struct tile cyclic = {.w = 2 * WIDTH, .h = 4, .phase = 1, .step = 3};
-    assert_near(costs_of(&costs, &cyclic), tile_pixels(&cyclic) * PIXEL_S, 0.05);
+    assert_close(costs_of(&costs, &cyclic), tile_pixels(&cyclic) * PIXEL_S, 0.05);
     costs_free(&map);
 }
 
@@ -375,13 +369,13 @@ static void test_apart(void **state)
     double once = 0;
     for (uint32_t i = 0; i < 4; i++)
         once += costs_of_share(&costs, SCHEDULE_CYCLIC, 4, i);
-    assert_near(once, all_s, 0.05);
+    assert_close(once, all_s, 0.05);
     costs.apart_ratio = 1.5;
-    assert_near(costs_of_share(&costs, SCHEDULE_CYCLIC, 4, 0), 1.5 * once / 4, 0.01);
+    assert_close(costs_of_share(&costs, SCHEDULE_CYCLIC, 4, 0), 1.5 * once / 4, 0.01);
     struct queue *queue = queue_create(&config);
     struct sim_outcome outcome;
     simulate(&machine, queue, &costs, &outcome);
-    assert_near(outcome.render_s, 1.5 * once / 4, 0.01);
+    assert_close(outcome.render_s, 1.5 * once / 4, 0.01);
     queue_destroy(queue);
     sim_outcome_free(&outcome);
     costs_free(&map);

@@ -7,16 +7,7 @@
 #include "test/scratch.h"
 #include "test/text.h"
 
-/* Writes bytes to a file in the scratch folder. */
-static const char *put(const char *text, size_t bytes)
-{
-    static char path[] = "reference.pfm";
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(text, 1, bytes, file), bytes);
-    fclose(file);
-    return path;
-}
+static char path[] = "reference.pfm";
 
 static char why[512]; /* was it refused */
 
@@ -29,7 +20,8 @@ static bool reads(const char *header, const float *values, size_t count)
     struct canvas canvas;
     why[0] = '\0';
     message_capture(why, sizeof why);
-    bool read = truth_read(put(text, length + count * sizeof *values), 2, 2, &canvas);
+    write_bytes(path, text, length + count * sizeof *values);
+    bool read = truth_read(path, 2, 2, &canvas);
     message_capture(NULL, 0);
     assert_true(read == (why[0] == '\0'));
     if (read) {
@@ -89,7 +81,8 @@ static void test_other_byte_order(void **state)
     (void)state;
     const char text[] = "PF\n1 1\n1.0\n\x3f\x80\0\0\xc0\0\0\0\x3f\0\0\0";
     struct canvas canvas;
-    assert_true(truth_read(put(text, sizeof text - 1), 1, 1, &canvas));
+    write_bytes(path, text, sizeof text - 1);
+    assert_true(truth_read(path, 1, 1, &canvas));
     assert_true(canvas.rgb[0] == 1 && canvas.rgb[1] == -2 && canvas.rgb[2] == 0.5f);
     canvas_free(&canvas);
 }
