@@ -54,17 +54,6 @@ static inline bool plane_is_decided(struct vec3 a, struct vec3 b, struct vec3 c,
            (heights > 0x1p-399) & (speeds > 0x1p-399) & (heights < 0x1p399) & (speeds < 0x1p399);
 }
 
-/* Whether the line certainly crosses the triangle, by the filter of triangle_crossings(). */
-static inline bool certainly_crosses(const struct sheared *p, const struct sheared *q,
-                                     const struct sheared *r)
-{
-    double e0 = q->x * r->y - q->y * r->x, e1 = r->x * p->y - r->y * p->x;
-    double e2 = p->x * q->y - p->y * q->x, error = edge_error(p, q, r);
-    double low = smaller_number(smaller_number(e0, e1), e2),
-           high = larger_number(larger_number(e0, e1), e2);
-    return (low > error) | (high < -error);
-}
-
 /*
  * Whether triangle_crossings() certainly leaves the distance uncorrected. The limit here is half of its
  * limit, a margin larger than the error of the distance.
@@ -103,7 +92,8 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
     double sum = e0 + e1 + e2;
     double way = points->t[i] * fabs(d.z);
-    bool crosses = certainly_crosses(&p, &q, &r);
+    struct edge_range edges = edge_range(&p, &q, &r);
+    bool crosses = (edges.low > edges.error) | (edges.high < -edges.error);
     bool flat = is_flat(&p, &q, &r, sum, way + vec_largest(origin));
     bool plane = plane_is_decided(a, b, c, origin, direction);
     bool distance = distance_is_decided(points, i, triangle_size(a, b, c), fabs(d.z));

@@ -83,6 +83,21 @@ static inline double edge_error(const struct sheared *p, const struct sheared *q
     return EDGE_FILTER * s * (z + s) + EDGE_LEAST;
 }
 
+/* The least and the largest value of the edges, rounded, and their error. */
+struct edge_range {
+    double low, high, error;
+};
+
+static inline struct edge_range edge_range(const struct sheared *p, const struct sheared *q,
+                                           const struct sheared *r)
+{
+    double e0 = q->x * r->y - q->y * r->x, e1 = r->x * p->y - r->y * p->x;
+    double e2 = p->x * q->y - p->y * q->x;
+    return (struct edge_range){.low = smaller_number(smaller_number(e0, e1), e2),
+                               .high = larger_number(larger_number(e0, e1), e2),
+                               .error = edge_error(p, q, r)};
+}
+
 /*
  * Errors of the sheared coordinates displace the triangle sideways by some 4 u Z, and the crossing along the
  * ray by that times the slope of the triangle's plane relative to the ray. If the slope is larger than this,
@@ -225,19 +240,13 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     struct sheared p = shear_vertex(shear, &ray->origin, a);
     struct sheared q = shear_vertex(shear, &ray->origin, b);
     struct sheared r = shear_vertex(shear, &ray->origin, c);
-    double e0 = q.x * r.y - q.y * r.x, e1 = r.x * p.y - r.y * p.x, e2 = p.x * q.y - p.y * q.x;
-    double low = e0 < e1 ? e0 : e1, high = e0 > e1 ? e0 : e1;
-    low = low < e2 ? low : e2;
-    high = high > e2 ? high : e2;
-    double error = edge_error(&p, &q, &r);
-    if (low < -error && high > error) return NO_CROSSINGS;
-    if (!(low > error || high < -error)) {
+    struct edge_range edges = edge_range(&p, &q, &r);
+    if (edges.low < -edges.error && edges.high > edges.error) return NO_CROSSINGS;
+    if (!(edges.low > edges.error || edges.high < -edges.error)) {
         ++*exact;
         return exact_crossings(a, b, c, ray, shear);
     }
-    e0 = edge_value(&q, &r);
-    e1 = edge_value(&r, &p);
-    e2 = edge_value(&p, &q);
+    double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
     if (!cubes_are_in_range(&p, &q, &r))
         return scaled_crossings(a, b, c, ray, shear, purpose, exact);
     double sum = e0 + e1 + e2;
