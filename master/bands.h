@@ -8,8 +8,8 @@
 
 #include "master/canvas.h"
 
-/* So few that a picture of 480 rows still makes 15 bands, for as many threads. So many that what a filter reads beside a
- * band (master/expect.c: two rows above and below) is an eighth of it, and that a square block of it has a thousand
+/* So few that a picture of 480 rows still makes 15 bands, for as many threads. So many that what a filter reads beside
+ * a band (master/expect.c: two rows above and below) is an eighth of it, and that a square block of it has a thousand
  * pixels, which show how frequent surprises are (expect.c). */
 #define BAND_ROWS 32u
 
