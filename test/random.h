@@ -5,12 +5,16 @@
 #include <stdint.h>
 
 /* xorshift64 (G. Marsaglia, 2003); the state must not be 0. */
-static inline double random_between(uint64_t *state, double low, double high)
+static inline uint64_t random_bits(uint64_t *state)
 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
-    *state ^= *state << 17;
-    return low + (high - low) * ((double)(*state >> 11) * 0x1p-53);
+    return *state ^= *state << 17;
+}
+
+static inline double random_between(uint64_t *state, double low, double high)
+{
+    return low + (high - low) * ((double)(random_bits(state) >> 11) * 0x1p-53);
 }
 
 static inline uint32_t random_below(uint64_t *state, uint32_t count)

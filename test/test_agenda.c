@@ -8,15 +8,9 @@
 #include <cmocka.h>
 
 #include "master/agenda.h"
+#include "test/random.h"
 
 #define IDS 150
-
-/* Pseudorandom numbers (D. Knuth, TAOCP 2, 3.3.4). */
-static uint32_t draw(uint32_t *state, uint32_t below)
-{
-    *state = *state * 1664525 + 1013904223;
-    return (uint32_t)(((uint64_t)*state * below) >> 32);
-}
 
 /* The id that must be first: that of the highest key, of equal keys the lowest id. key < 0: the id is not in. */
 static uint32_t first_of(const double *keys)
@@ -28,30 +22,30 @@ static uint32_t first_of(const double *keys)
 }
 
 /* One of a few keys, some of which are close together, so that many ids have equal keys. */
-static double draw_key(uint32_t *random)
+static double draw_key(uint64_t *random)
 {
-    return draw(random, 2) ? draw(random, 30) : 7 + 1e-3 * draw(random, 30);
+    return random_below(random, 2) ? random_below(random, 30) : 7 + 1e-3 * random_below(random, 30);
 }
 
-static void change_at_once(struct agenda *agenda, double *keys, uint32_t *random)
+static void change_at_once(struct agenda *agenda, double *keys, uint64_t *random)
 {
     agenda_unsort(agenda);
     for (uint32_t id = 0; id < IDS; id++) {
-        if (draw(random, 8) == 0) {
+        if (random_below(random, 8) == 0) {
             agenda_remove(agenda, id);
             keys[id] = -1;
-        } else if (agenda_has(agenda, id) && draw(random, 2)) {
+        } else if (agenda_has(agenda, id) && random_below(random, 2)) {
             agenda_change(agenda, id, keys[id] = draw_key(random));
         }
     }
     agenda_sort(agenda);
 }
 
-static void change_one(struct agenda *agenda, double *keys, uint32_t *random)
+static void change_one(struct agenda *agenda, double *keys, uint64_t *random)
 {
-    uint32_t id = draw(random, 3) ? draw(random, IDS) : first_of(keys);
+    uint32_t id = random_below(random, 3) ? random_below(random, IDS) : first_of(keys);
     if (id == AGENDA_NONE) return;
-    if (draw(random, 2)) {
+    if (random_below(random, 2)) {
         agenda_put(agenda, id, keys[id] = draw_key(random));
     } else {
         agenda_remove(agenda, id);
@@ -65,7 +59,7 @@ static void test_any_order(void **state)
     (void)state;
     struct agenda agenda = {0};
     double keys[IDS];
-    uint32_t random = 1;
+    uint64_t random = 1;
     agenda_reserve(&agenda, IDS / 2);
     agenda_reserve(&agenda, IDS);
     for (uint32_t id = 0; id < IDS; id++)
@@ -73,7 +67,7 @@ static void test_any_order(void **state)
     assert_int_equal(agenda_first(&agenda), AGENDA_NONE);
     for (int i = 0; i < 20000; i++) {
         uint32_t count = 0;
-        if (draw(&random, 100) == 0)
+        if (random_below(&random, 100) == 0)
             change_at_once(&agenda, keys, &random);
         else
             change_one(&agenda, keys, &random);

@@ -9,26 +9,20 @@
 #include <cmocka.h>
 
 #include "master/forecast.h"
+#include "test/near.h"
+#include "test/random.h"
 
 static uint64_t seed = 88172645463325252u;
 
 static double uniform(void)
 {
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return ((double)(seed >> 11) + 0.5) * 0x1p-53;
+    return random_between(&seed, 0x1p-54, 1);
 }
 
 /* A random number of the standard normal distribution (G. Box & M. Muller, 1958). */
 static double normal(void)
 {
     return sqrt(-2 * log(uniform())) * cos(2 * M_PI * uniform());
-}
-
-static void assert_close(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%.9g, not %.9g", value, expected);
 }
 
 static void test_nothing_is_no_error(void **state)
@@ -47,7 +41,7 @@ static void test_interval_widens_with_every_look(void **state)
     const struct error_breakdown breakdown = {
         .sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001}};
     struct error_estimate before = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
-    assert_close(before.rmse, 0.1, 1e-12);
+    assert_near(before.rmse, 0.1, 1e-12);
     for (unsigned look = 2; look < 200; look++) {
         struct error_estimate now = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, look);
         assert_true(now.rmse == before.rmse && now.low < before.low && now.high > before.high);
@@ -64,8 +58,8 @@ static void test_hidden_widens_the_interval(void **state)
     for (unsigned look = 1; look <= 100; look += 99) {
         const struct error_breakdown all = {.sum = {.squares = 10, .fourths = 0}, .hidden = 10};
         struct error_estimate estimate = error_estimate(&all, 1000, ERROR_LOOK_PASS, look);
-        assert_close(estimate.high, 0.2, 1e-12);
-        assert_close(estimate.low, 0.025, 1e-12);
+        assert_near(estimate.high, 0.2, 1e-12);
+        assert_near(estimate.low, 0.025, 1e-12);
         const struct error_breakdown half = {.sum = {.squares = 10, .fourths = 0.3},
                                              .hidden = 5,
                                              .carried = 2.5},
@@ -73,8 +67,8 @@ static void test_hidden_widens_the_interval(void **state)
         struct error_estimate by_luck = error_estimate(&none, 1000, ERROR_LOOK_PASS, look);
         estimate = error_estimate(&half, 1000, ERROR_LOOK_PASS, look);
         double luck = log(by_luck.high / 0.1);
-        assert_close(log(estimate.high / 0.1), hypot(luck, log(2) / 2), 1e-12);
-        assert_close(log(0.1 / estimate.low), hypot(luck, log(4) * 0.75), 1e-12);
+        assert_near(log(estimate.high / 0.1), hypot(luck, log(2) / 2), 1e-12);
+        assert_near(log(0.1 / estimate.low), hypot(luck, log(4) * 0.75), 1e-12);
     }
 }
 
@@ -83,15 +77,15 @@ static void test_odd_samples_widen_the_interval(void **state)
 {
     (void)state;
     assert_true(error_odd(1) == 0 && error_odd(2) == 0 && error_odd(100) == 0);
-    assert_close(error_odd(3), log(2), 1e-12);
+    assert_near(error_odd(3), log(2), 1e-12);
     assert_true(error_odd(5) < error_odd(3) && error_odd(7) < error_odd(5) && error_odd(7) > 0);
     struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
     struct error_estimate even = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
     breakdown.odd = 0.1;
     struct error_estimate odd = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
     assert_true(odd.rmse == even.rmse);
-    assert_close(odd.low, even.low * exp(-0.05), 1e-12);
-    assert_close(odd.high, even.high * exp(0.05), 1e-12);
+    assert_near(odd.low, even.low * exp(-0.05), 1e-12);
+    assert_near(odd.high, even.high * exp(0.05), 1e-12);
 }
 
 /* The probability that the interval misses the error, if the logarithm of the estimate is normally distributed. */
@@ -99,7 +93,7 @@ static double miss_of(enum error_look kind, unsigned number)
 {
     const struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
     struct error_estimate estimate = error_estimate(&breakdown, 1000, kind, number);
-    assert_close(estimate.low * estimate.high, estimate.rmse * estimate.rmse, 1e-12);
+    assert_near(estimate.low * estimate.high, estimate.rmse * estimate.rmse, 1e-12);
     double spread = M_SQRT2 * sqrt(breakdown.sum.fourths) / breakdown.sum.squares;
     return erfc(2 * log(estimate.high / estimate.rmse) / spread * M_SQRT1_2);
 }
@@ -117,7 +111,7 @@ static void test_all_looks_together(void **state)
         assert_true(pass > between);
         sum += pass + between;
     }
-    assert_close(sum / (1 - ERROR_CONFIDENCE), 1, 1.0 / LOOKS);
+    assert_near(sum / (1 - ERROR_CONFIDENCE), 1, 1.0 / LOOKS);
 }
 
 /*
@@ -160,8 +154,8 @@ static void test_forecast_to_a_goal(void **state)
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 8);
     double low, high;
     assert_true(forecast.known);
-    assert_close(forecast.slope, log(2) / log(3), 1e-12);
-    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 12, 1e-9);
+    assert_near(forecast.slope, log(2) / log(3), 1e-12);
+    assert_near(forecast_seconds(&forecast, 0.005, &low, &high), 12, 1e-9);
     /* A fifth of 8 s more, and of where they begin 1 % of the error. */
     assert_true(10.3 < low && low < 11 && 13.5 < high && high < 14.5);
     assert_false(error_forecast_to(&now, 0.005, HUGE_VAL).known);
@@ -180,7 +174,7 @@ static void test_forecast_of_an_uncertain_error(void **state)
     double known = error_forecast_to(&now, 0.005, 32).slope_spread;
     now.log_spread = 0.5;
     double spread = error_forecast_to(&now, 0.005, 32).slope_spread;
-    assert_close(spread, hypot(known, 0.5 / log(36.0 / 4)), 1e-12);
+    assert_near(spread, hypot(known, 0.5 / log(36.0 / 4)), 1e-12);
 }
 
 /* If next to nothing is still to come, the uncertainty is that of times from run to run; if much is, it does not
@@ -193,9 +187,9 @@ static void test_forecast_scatters(void **state)
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 1e-6);
     assert_true(forecast.slope > FORECAST_STEEPEST);
     forecast_set_scatter(&forecast, 0.3);
-    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 4 + 1e-6, 1e-9);
-    assert_close(low, 4, 1e-6);
-    assert_close(high, 4 + 4 * FORECAST_SCATTER + 0.3, 1e-5);
+    assert_near(forecast_seconds(&forecast, 0.005, &low, &high), 4 + 1e-6, 1e-9);
+    assert_near(low, 4, 1e-6);
+    assert_near(high, 4 + 4 * FORECAST_SCATTER + 0.3, 1e-5);
     forecast = error_forecast_to(&now, 0.005, 8);
     forecast_seconds(&forecast, 0.005, &before_low, &before_high);
     forecast_set_scatter(&forecast, 0.3);
@@ -205,9 +199,9 @@ static void test_forecast_scatters(void **state)
     now.log_spread = 1e-9;
     forecast = error_forecast_to(&now, 0.005, 1);
     forecast_set_scatter(&forecast, 0.5);
-    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 5, 1e-9);
-    assert_close(low, 5 - forecast.scatter, 1e-9);
-    assert_close(high, 5 + forecast.scatter, 1e-9);
+    assert_near(forecast_seconds(&forecast, 0.005, &low, &high), 5, 1e-9);
+    assert_near(low, 5 - forecast.scatter, 1e-9);
+    assert_near(high, 5 + forecast.scatter, 1e-9);
 }
 
 /* A number so large that numbers which are no powers of two are as good as any. */
@@ -239,7 +233,7 @@ static void test_forecast_of_even_samples(void **state)
         assert_true(forecast.known);
         double took = 2 * 64.0 / 16;
         assert_true(forecast.samples == 4.0 * MANY);
-        assert_close(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 5e-3);
+        assert_near(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 5e-3);
         assert_true(0.8 * took < low && low < 0.95 * took);
         assert_true(1.05 * took < high && high < 1.25 * took);
         /* The less is known of the errors, the wider, unless its slope is an unusual one. */
@@ -265,7 +259,7 @@ static void test_seconds_of_samples(void **state)
         double low, high, goal = error_of(edge, 63.99);
         struct error_forecast forecast = error_forecast(points, cases[i].samples, goal);
         assert_true(forecast.samples == 4 * cases[i].samples);
-        assert_close(forecast_seconds(&forecast, goal, &low, &high) / 2 / cases[i].times, 1, 2e-3);
+        assert_near(forecast_seconds(&forecast, goal, &low, &high) / 2 / cases[i].times, 1, 2e-3);
     }
 }
 
@@ -297,16 +291,16 @@ static void test_power_of_samples(void **state)
         const struct error_point points[2] = {{1, error_of(parts[i], 8), 1e-6},
                                               {1, error_of(parts[i], 16), 1e-6}};
         double now = points[1].rmse, goal = error_of(parts[i], 64);
-        assert_close(error_power(points, 16, goal), 2 * log(now / goal) / log(4), 1e-4);
-        assert_close(error_power(points, 16, 2 * now), FORECAST_EDGE, 0); /* it is there */
+        assert_near(error_power(points, 16, goal), 2 * log(now / goal) / log(4), 1e-4);
+        assert_near(error_power(points, 16, 2 * now), FORECAST_EDGE, 0); /* it is there */
     }
     const struct error_point grown[2] = {{1, 0.1, 0.01}, {1, 0.2, 0.01}};
-    assert_close(error_power(grown, 16, 0.05), FORECAST_EDGE, 0);
+    assert_near(error_power(grown, 16, 0.05), FORECAST_EDGE, 0);
     /* What both numbers lack as they are no powers of two is no part of how the error goes down. */
     const double worse = exp(FORECAST_UNEVEN);
     const struct error_point odd[2] = {{1, error_of(parts[0], 12) * worse, 1e-6},
                                        {1, error_of(parts[0], 24) * worse, 1e-6}};
-    assert_close(error_power(odd, 24, error_of(parts[0], 64)), FORECAST_EDGE, 1e-4);
+    assert_near(error_power(odd, 24, error_of(parts[0], 64)), FORECAST_EDGE, 1e-4);
 }
 
 static void test_point(void **state)
@@ -316,12 +310,12 @@ static void test_point(void **state)
     struct error_point point;
     assert_true(error_point(&breakdown, 1000, 2, &point));
     assert_true(point.seconds == 2);
-    assert_close(point.rmse, 0.1, 1e-15);
-    assert_close(point.log_spread, sqrt(0.3) / 10 / 2, 1e-15); /* half of that of the square */
+    assert_near(point.rmse, 0.1, 1e-15);
+    assert_near(point.log_spread, sqrt(0.3) / 10 / 2, 1e-15); /* half of that of the square */
     assert_false(error_point(&breakdown, 0, 2, &point) || error_point(&breakdown, 1000, 0, &point));
     breakdown.hidden = 5;
     assert_true(error_point(&breakdown, 1000, 2, &point));
-    assert_close(point.log_spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
+    assert_near(point.log_spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
 }
 
 /* The intervals of forecasts contain the scatter that comes from the errors of both points. */
@@ -348,7 +342,7 @@ static void test_forecasts_scatter_as_told(void **state)
         double deviation = sqrt(squares / RUNS - pow(sum / RUNS, 2));
         double foresight = FORECAST_SPREAD * (1 - 2 / seconds) * told.slope / times;
         double of_errors = sqrt(pow(told.slope_spread, 2) - pow(foresight, 2));
-        assert_close(of_errors / told.slope * times / deviation, 1, 0.06);
+        assert_near(of_errors / told.slope * times / deviation, 1, 0.06);
     }
 }
 
@@ -370,7 +364,7 @@ static void test_slopes_are_usual_until_known(void **state)
         double middle = sqrt(seen / usual);
         const struct error_point points[2] = {{1, usual * middle, 1e-6}, {2, middle, 1e-6}};
         struct error_forecast forecast = error_forecast(points, 4, 0.25);
-        assert_close(seconds[3] / forecast_seconds(&forecast, 0.25, &low, &high), 1, 1e-2);
+        assert_near(seconds[3] / forecast_seconds(&forecast, 0.25, &low, &high), 1, 1e-2);
     }
 }
 
@@ -435,16 +429,16 @@ static void test_no_forecast(void **state)
 static void test_goals_are_round(void **state)
 {
     (void)state;
-    assert_close(forecast_goal(0.0021), 0.001, 1e-15);
-    assert_close(forecast_goal(0.0019), 0.0007, 1e-15);
-    assert_close(forecast_goal(0.0039), 0.0015, 1e-15);
-    assert_close(forecast_goal(0.0061), 0.003, 1e-15);
+    assert_near(forecast_goal(0.0021), 0.001, 1e-15);
+    assert_near(forecast_goal(0.0019), 0.0007, 1e-15);
+    assert_near(forecast_goal(0.0039), 0.0015, 1e-15);
+    assert_near(forecast_goal(0.0061), 0.003, 1e-15);
     assert_true(forecast_goal(0.0006) == 0.0003 && forecast_goal(0.6) == 0.3);
     assert_true(forecast_goal(1.4) == 0.7 && forecast_goal(0.03) == 0.015);
-    assert_close(forecast_goal(0.05), 0.02, 1e-15);
-    assert_close(forecast_goal(0.11), 0.05, 1e-15);
-    assert_close(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */
-    assert_close(forecast_goal(1), 0.5, 1e-15);
+    assert_near(forecast_goal(0.05), 0.02, 1e-15);
+    assert_near(forecast_goal(0.11), 0.05, 1e-15);
+    assert_near(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */
+    assert_near(forecast_goal(1), 0.5, 1e-15);
     assert_true(forecast_goal(4.1) == 2 && forecast_goal(30) == 15 && forecast_goal(1400) == 700);
 }
 

@@ -8,15 +8,9 @@
 #include <cmocka.h>
 
 #include "master/heap.h"
+#include "test/random.h"
 
 #define IDS 150
-
-/* Pseudorandom numbers (D. Knuth, TAOCP 2, 3.3.4). */
-static uint32_t draw(uint32_t *state, uint32_t below)
-{
-    *state = *state * 1664525 + 1013904223;
-    return (uint32_t)(((uint64_t)*state * below) >> 32);
-}
 
 /* The id that must be on top: that of the highest key, of equal keys the lowest id. key < 0: the id is not in. */
 static uint32_t top_of(const double *keys)
@@ -44,14 +38,14 @@ static void test_any_order(void **state)
     (void)state;
     struct heap heap = {0};
     double keys[IDS];
-    uint32_t random = 1;
+    uint64_t random = 1;
     heap_reserve(&heap, IDS);
     for (uint32_t id = 0; id < IDS; id++)
         keys[id] = -1;
     for (int i = 0; i < 20000; i++) {
-        uint32_t id = draw(&random, IDS);
+        uint32_t id = random_below(&random, IDS);
         /* Few keys: many are equal. */
-        keys[id] = (double)draw(&random, 40) - 10;
+        keys[id] = (double)random_below(&random, 40) - 10;
         if (keys[id] >= 0)
             heap_put(&heap, id, keys[id]);
         else

@@ -11,6 +11,7 @@
 
 #include "common/number.h"
 #include "common/vec.h"
+#include "test/random.h"
 
 static uint64_t bits_of(double value)
 {
@@ -97,13 +98,6 @@ static void test_no_numbers(void **state)
     }
 }
 
-static uint64_t next_random(uint64_t *state)
-{
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    return *state ^= *state << 17;
-}
-
 static void test_random_numbers(void **state)
 {
     (void)state;
@@ -111,7 +105,7 @@ static void test_random_numbers(void **state)
     static const char *const formats[] = {"%.3f", "%.6f", "%g", "%.17g", "%.25e", "%.1e"};
     for (int i = 0; i < 60000; i++) {
         char text[400];
-        uint64_t bits = next_random(&random);
+        uint64_t bits = random_bits(&random);
         double value;
         memcpy(&value, &bits, sizeof value);
         if (i % 2) value = (double)(int64_t)bits * 1e-15; /* the usual sizes */
@@ -154,7 +148,7 @@ static void test_format_reads_back(void **state)
     assert_string_equal(number_format(0.001953125, text), "0.001953125");
     uint64_t random = 1234567;
     for (int i = 0; i < 5000; i++) {
-        uint64_t bits = next_random(&random);
+        uint64_t bits = random_bits(&random);
         double value, back;
         memcpy(&value, &bits, sizeof value);
         if (!(value - value == 0)) continue;

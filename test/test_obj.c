@@ -1,4 +1,5 @@
 /* Tests of OBJ and MTL files, and of the normals that `smooth` computes. */
+#include "test/random.h"
 #include "test/scratch.h"
 
 #include <math.h>
@@ -479,11 +480,10 @@ static void test_bumpy_grid(void **state)
     enum { EDGE = 40 };
     size_t size = 200000, used = 0;
     char *obj = allocate(size, 1);
-    uint32_t random = 1;
+    uint64_t random = 1;
     for (int i = 0; i < EDGE * EDGE; i++) {
-        random = random * 1664525u + 1013904223u;
         used += (size_t)snprintf(obj + used, size - used, "v %d %d %.9f\n", i % EDGE, i / EDGE,
-                                 (random >> 8) * 0x1p-23);
+                                 random_between(&random, 0, 2));
     }
     for (int i = 0; i < EDGE * EDGE; i++)
         if (i % EDGE + 1 < EDGE && i / EDGE + 1 < EDGE)

@@ -11,20 +11,17 @@
 #include <mpfr.h>
 
 #include "common/scene_check.h"
+#include "test/random.h"
 #include "worker/exact.h"
 #include "worker/optics.h"
 
 #define BITS 600
 #define NEAR MPFR_RNDN
 
-/* xorshift64 (G. Marsaglia, 2003) */
 static double uniform(double low, double high)
 {
     static uint64_t state = 88172645463325252;
-    state ^= state << 13;
-    state ^= state >> 7;
-    state ^= state << 17;
-    return low + (high - low) * ((double)(state >> 11) * 0x1p-53);
+    return random_between(&state, low, high);
 }
 
 static struct vec3 random_unit(void)

@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "test/random.h"
 #include "worker/tree.h"
 
 static void push(struct tree *tree, double bound, uint32_t depth)
@@ -159,17 +160,17 @@ static void test_order_of_many(void **state)
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    uint32_t random = 1, added = 0, taken = 0;
+    uint64_t random = 1;
+    uint32_t added = 0, taken = 0;
     double left[64]; /* bounds in the order of insertion, which is the depth here; 0: removed */
     for (uint32_t step = 0; step < 2000; step++) {
-        random = random * 1664525 + 1013904223;
-        uint32_t kind = random >> 30;
+        uint32_t kind = random_below(&random, 4);
         if (tree.count < 40 && kind < 2) {
             if (added == 64) {
                 tree_clear(&tree);
                 added = 0;
             }
-            left[added] = 1 + (random >> 20) % 8;
+            left[added] = 1 + random_below(&random, 8);
             push(&tree, left[added], added);
             added++;
         } else if (tree.count > 0) {
@@ -216,19 +217,20 @@ static void test_order_at_the_limit(void **state)
 {
     (void)state;
     struct tree tree = {0};
-    uint32_t random = 1, added = 0;
+    uint64_t random = 1;
+    uint32_t added = 0;
     while (added < TREE_BEST_FIRST_MAX + 2000) {
         struct branch taken;
-        random = random * 1664525 + 1013904223;
-        if (tree.count < TREE_BEST_FIRST_MAX - 20 || random >> 31) {
-            struct branch *pending = tree_add(&tree, 1 + (random >> 20) % 64, (random >> 8) % 8);
+        if (tree.count < TREE_BEST_FIRST_MAX - 20 || random_below(&random, 2)) {
+            double bound = 1 + random_below(&random, 64);
+            struct branch *pending = tree_add(&tree, bound, random_below(&random, 8));
             pending->media = added++;
             continue;
         }
         const struct branch *expected = expected_next(&tree);
         struct branch *next = tree_next(&tree, 1e-3);
         assert_ptr_equal(next, expected);
-        if ((random >> 29) % 2 && next->bound > 1)
+        if (random_below(&random, 2) && next->bound > 1)
             tree_rate(&tree, next, next->bound / 2);
         else
             tree_remove(&tree, next, &taken);

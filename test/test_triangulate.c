@@ -11,6 +11,7 @@
 
 #include "common/message.h"
 #include "master/triangulate.h"
+#include "test/random.h"
 
 static struct vec3 triangle_area(const struct vec3 *p, const uint32_t *t)
 {
@@ -210,12 +211,12 @@ static void test_no_area_and_crossings_end(void **state)
     assert_null(triangulate(flat, 5, &t));
     assert_int_equal(t.count, 0);
 
-    uint32_t random = 1;
+    uint64_t random = 1;
     struct vec3 tangle[300];
     for (int i = 0; i < 300; i++) {
         double n[3];
         for (int k = 0; k < 3; k++)
-            n[k] = (random = random * 1664525u + 1013904223u) >> 28;
+            n[k] = random_below(&random, 16);
         tangle[i] = vec3(n[0], n[1], n[2]);
     }
     assert_null(triangulate(tangle, 300, &t));
@@ -223,23 +224,16 @@ static void test_no_area_and_crossings_end(void **state)
     triangulation_free(&t);
 }
 
-/* Numbers from 0 to 1, the same every time. */
-static double next_random(uint32_t *random)
-{
-    *random = *random * 1664525u + 1013904223u;
-    return (*random >> 8) * 0x1p-24;
-}
-
 /* A quad, however bent, gives two triangles, which cover all of it seen from above. */
 static void test_bumpy_grid(void **state)
 {
     (void)state;
     enum { EDGE = 40 };
-    uint32_t random = 1;
+    uint64_t random = 1;
     double height[EDGE][EDGE];
     struct triangulation t = {0};
     for (int i = 0; i < EDGE * EDGE; i++)
-        height[i / EDGE][i % EDGE] = 3 * next_random(&random);
+        height[i / EDGE][i % EDGE] = 3 * random_between(&random, 0, 1);
     for (int i = 0; i + 1 < EDGE; i++)
         for (int j = 0; j + 1 < EDGE; j++) {
             struct vec3 quad[] = {vec3(i, j, height[i][j]), vec3(i + 1, j, height[i + 1][j]),
@@ -257,13 +251,14 @@ static void test_bumpy_grid(void **state)
 static void test_bent_polygons(void **state)
 {
     (void)state;
-    uint32_t random = 7;
+    uint64_t random = 7;
     struct triangulation t = {0};
     for (int round = 0; round < 500; round++) {
         struct vec3 polygon[12];
         size_t count = 5 + (size_t)round % 8;
         for (size_t i = 0; i < count; i++)
-            polygon[i] = vec3(next_random(&random), next_random(&random), next_random(&random));
+            polygon[i] = vec3(random_between(&random, 0, 1), random_between(&random, 0, 1),
+                              random_between(&random, 0, 1));
         assert_null(triangulate(polygon, count, &t));
         assert_int_equal(t.count, count - 2);
     }
@@ -312,14 +307,14 @@ static size_t trace_maze(bool filled[MAZE + 2][MAZE + 2], double (*flat)[2])
 static void test_mazes(void **state)
 {
     (void)state;
-    uint32_t random = 3;
+    uint64_t random = 3;
     for (int round = 0; round < 300; round++) {
         bool filled[MAZE + 2][MAZE + 2] = {{false}};
         int cells = 1;
         filled[MAZE / 2][MAZE / 2] = true;
         for (int i = 0; i < 2000; i++) {
-            int x = 1 + (int)(next_random(&random) * MAZE),
-                y = 1 + (int)(next_random(&random) * MAZE);
+            int x = 1 + (int)(random_between(&random, 0, 1) * MAZE),
+                y = 1 + (int)(random_between(&random, 0, 1) * MAZE);
             int sides = filled[y][x - 1] + filled[y][x + 1] + filled[y - 1][x] + filled[y + 1][x];
             int corners = filled[y - 1][x - 1] + filled[y - 1][x + 1] + filled[y + 1][x - 1] +
                           filled[y + 1][x + 1];
@@ -367,11 +362,11 @@ static void test_limits(void **state)
 static void test_tangle_is_refused(void **state)
 {
     (void)state;
-    uint32_t random = 1;
+    uint64_t random = 1;
     struct triangulation t = {0};
     struct vec3 *many = allocate(POLYGON_MAX_CORNERS, sizeof *many);
     for (int i = 0; i < POLYGON_MAX_CORNERS; i++)
-        many[i] = vec3(next_random(&random), next_random(&random), 0);
+        many[i] = vec3(random_between(&random, 0, 1), random_between(&random, 0, 1), 0);
     assert_non_null(triangulate(many, POLYGON_MAX_CORNERS, &t));
     assert_true(t.looks < (uint64_t)(POLYGON_LOOKS + 10) * POLYGON_MAX_CORNERS);
     assert_null(triangulate(many, 1000, &t)); /* it is improper, and small */
