@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "common/message.h"
 #include "common/scene.h"
 #include "master/builder.h"
 #include "test/near.h"
@@ -271,6 +272,21 @@ static inline struct hit nearest_of(const struct scene *scene, const struct bvh 
         assert_rough_hit(scene, ray, &other, &hit);
     }
     return hit;
+}
+
+/* Asserts that each level of the kernel finds these hits for the rays together. */
+static inline void assert_hits(const struct scene *scene, const struct bvh *bvh,
+                               const struct ray *rays, size_t count, const struct hit *expected)
+{
+    struct hit *hits = allocate(count, sizeof *hits);
+    uint64_t exact = 0;
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest(scene, bvh, rays, count, hits, &exact);
+        for (size_t i = 0; i < count; i++)
+            assert_same_hit(&hits[i], &expected[i]);
+    }
+    free(hits);
 }
 
 static inline struct vec3 light_through(const struct scene *scene, const struct bvh *bvh,

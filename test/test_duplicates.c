@@ -39,8 +39,7 @@ static struct scene *some_twice(uint32_t variant, uint32_t formulas, double tran
     struct view view = small_view(EDGE);
     view.variant = variant;
     view.formulas = formulas;
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, &view);
     const char *why = "";
     if (!scene_valid(scene, scene->bytes, &why)) fail_msg("%s", why);
     return scene;
@@ -95,8 +94,7 @@ static void test_many_of_each_kind(void **state)
         add_box(builder, vec3(x, 0, 0), vec3(x + 1, 1, 1), material);
     }
     struct view view = small_view(EDGE);
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, &view);
     for (int kind = PRIMITIVE_BOX; kind < PRIMITIVE_KINDS; kind++)
         assert_int_equal(scene->primitives[kind].count, 1000);
     for (uint32_t i = 0; i < 1000; i++)

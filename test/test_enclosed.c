@@ -35,8 +35,7 @@ static const char *said_of(struct builder *builder, const struct view *view)
 {
     static char said[512];
     add_lights(builder);
-    struct scene *scene = builder_finish(builder, view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, view);
     memset(said, 0, sizeof said);
     message_capture(said, sizeof said);
     warn_of_enclosed_lights(scene, "a.ini");

@@ -340,17 +340,11 @@ static struct scene *piles(uint64_t *random, double slope)
 /* Together, so that what one has met is known to the next: the same as without. */
 static void compare_with_brute(const struct scene *scene, const struct ray *rays)
 {
-    static struct hit expected[PILE_RAYS], hits[PILE_RAYS];
+    static struct hit expected[PILE_RAYS];
     struct bvh *bvh = build_tree(scene);
-    uint64_t exact = 0;
     for (int i = 0; i < PILE_RAYS; i++)
         expected[i] = brute_nearest(scene, &rays[i]);
-    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
-        if (!processor_has(level)) continue;
-        kernel_at(level)->nearest(scene, bvh, rays, PILE_RAYS, hits, &exact);
-        for (int i = 0; i < PILE_RAYS; i++)
-            assert_same_hit(&hits[i], &expected[i]);
-    }
+    assert_hits(scene, bvh, rays, PILE_RAYS, expected);
     free(bvh);
 }
 

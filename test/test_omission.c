@@ -14,8 +14,7 @@ static struct scene *mirror_ball(void)
     struct sphere sphere = {{0, 0, -5}, 1, index, 0};
     assert_added(builder_add_sphere(builder, &sphere));
     struct view view = small_view(4);
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, &view);
     return scene;
 }
 
@@ -202,8 +201,7 @@ static void test_light_that_grows(void **state)
     assert_added(builder_add_material(builder, &material, &index));
     struct sphere sphere = {{0, 0, -5}, 1, index, 0};
     assert_added(builder_add_sphere(builder, &sphere));
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, &view);
     struct shading_point at = {.point = {0, 0, -4},
                                .view = {0, 0, -1},
                                .geometric = {0, 0, 1},

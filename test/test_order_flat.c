@@ -76,15 +76,9 @@ static struct ray ray_down(uint64_t *random, bool one_eye)
 static void nearest_together(const struct scene *scene, const struct bvh *bvh,
                              const struct ray *rays, struct hit *hits)
 {
-    static struct hit others[RAYS];
     uint64_t exact = 0;
     nearest(scene, bvh, rays, RAYS, hits, &exact);
-    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
-        if (!processor_has(level)) continue;
-        kernel_at(level)->nearest(scene, bvh, rays, RAYS, others, &exact);
-        for (int i = 0; i < RAYS; i++)
-            assert_same_hit(&others[i], &hits[i]);
-    }
+    assert_hits(scene, bvh, rays, RAYS, hits);
 }
 
 static bool is_opaque(const struct scene *scene, const struct hit *hit)

@@ -10,16 +10,10 @@
 static void nearest_of_all(const struct scene *scene, const struct bvh *bvh,
                            const struct ray rays[CROWD], struct hit hits[CROWD])
 {
-    struct hit others[CROWD];
     uint64_t exact = 0;
     for (int i = 0; i < CROWD; i++)
         nearest(scene, bvh, &rays[i], 1, &hits[i], &exact);
-    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
-        if (!processor_has(level)) continue;
-        kernel_at(level)->nearest(scene, bvh, rays, CROWD, others, &exact);
-        for (int i = 0; i < CROWD; i++)
-            assert_same_hit(&others[i], &hits[i]);
-    }
+    assert_hits(scene, bvh, rays, CROWD, hits);
 }
 
 /* Along each ray so much light comes through. */

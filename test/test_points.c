@@ -504,6 +504,16 @@ static struct ray ray_by(uint64_t *random, const struct sphere *sphere)
     return ray_along(vec_add_scaled(past, way, from * sphere->radius), vec_scale(way, speed));
 }
 
+/* Compares so many waves; more than `part` of their rays hit what they are to hit. */
+static void compare_many(unsigned (*compare)(uint64_t *random), uint64_t random, unsigned waves,
+                         double part)
+{
+    unsigned found = 0;
+    for (unsigned i = 0; i < waves; i++)
+        found += compare(&random);
+    assert_true(found > part * waves * WAVE);
+}
+
 static unsigned compare_spheres(uint64_t *random)
 {
     struct builder *builder = builder_create();
@@ -524,11 +534,7 @@ static unsigned compare_spheres(uint64_t *random)
 static void test_any_spheres(void **state)
 {
     (void)state;
-    uint64_t random = 106;
-    unsigned found = 0, waves = 300;
-    for (unsigned i = 0; i < waves; i++)
-        found += compare_spheres(&random);
-    assert_true(found > waves * WAVE / 4);
+    compare_many(compare_spheres, 106, 300, 1.0 / 4);
 }
 
 /* Cones and cylinders whose rays meet the side or a cap next to the rim between them. */
@@ -560,11 +566,7 @@ static unsigned compare_rims(uint64_t *random)
 static void test_rims(void **state)
 {
     (void)state;
-    uint64_t random = 108;
-    unsigned found = 0, waves = 300;
-    for (unsigned i = 0; i < waves; i++)
-        found += compare_rims(&random);
-    assert_true(found > waves * WAVE / 2);
+    compare_many(compare_rims, 108, 300, 1.0 / 2);
 }
 
 /* A cone of any size, or a cylinder; sometimes its radius is far from its length. */
@@ -628,11 +630,7 @@ static unsigned compare_exits(uint64_t *random)
 static void test_exits(void **state)
 {
     (void)state;
-    uint64_t random = 109;
-    unsigned found = 0, waves = 300;
-    for (unsigned i = 0; i < waves; i++)
-        found += compare_exits(&random);
-    assert_true(found > waves * WAVE / 4);
+    compare_many(compare_exits, 109, 300, 1.0 / 4);
 }
 
 /* A point that is seen from anywhere: straight from above or along the surface, exactly or almost. Its geometric normal
@@ -741,11 +739,7 @@ static unsigned compare_flats(uint64_t *random)
 static void test_flats_from_the_edge(void **state)
 {
     (void)state;
-    uint64_t random = 105;
-    unsigned found = 0, waves = 200;
-    for (unsigned i = 0; i < waves; i++)
-        found += compare_flats(&random);
-    assert_true(found > waves * WAVE / 4);
+    compare_many(compare_flats, 105, 200, 1.0 / 4);
 }
 
 /* Any picture, also one that is wider than a double's square root allows to be seen. */

@@ -14,13 +14,6 @@ static struct vec3 random_color(uint64_t *random)
     return vec3(x, y, random_between(random, 0, 1));
 }
 
-static struct scene *finish(struct builder *builder, const struct view *view)
-{
-    struct scene *scene = builder_finish(builder, view);
-    builder_destroy(builder);
-    return scene;
-}
-
 static struct vec3 direct_in(const struct scene *scene, const struct material *material,
                              const struct bounds *box)
 {
@@ -54,7 +47,7 @@ static void test_direct(void **state)
         struct sphere sphere = {{0, 0, 0}, 1, index, 0};
         assert_added(builder_add_sphere(builder, &sphere));
         struct view view = small_view(EDGE);
-        struct scene *scene = finish(builder, &view);
+        struct scene *scene = finish_in_view(builder, &view);
         struct vec3 a = random_vector(&random, 1);
         double size = i % 4 ? 0.2 : 3;
         struct bounds box = {{a.x, a.y, a.z}, {a.x + size, a.y + size / 2, a.z + size}};
@@ -93,7 +86,7 @@ static struct scene *lit_ball(const struct light lights[2])
     struct sphere sphere = {{0, 0, 0}, 1, index, 0};
     assert_added(builder_add_sphere(builder, &sphere));
     struct view view = small_view(EDGE);
-    return finish(builder, &view);
+    return finish_in_view(builder, &view);
 }
 
 /* Two opposite lights cannot light a surface together. */
@@ -146,7 +139,7 @@ static void test_rays(void **state)
     assert_added(builder_add_sphere(builder, &sphere));
     struct view view = small_view(EDGE);
     view.background_bottom = view.background_top = vec3(0.75, 0.75, 0.75);
-    struct scene *scene = finish(builder, &view);
+    struct scene *scene = finish_in_view(builder, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
     struct ray past = {{0, 0, 5}, {0, 1, 0}, HUGE_VAL, PRIMITIVE_NONE, 0};
@@ -180,7 +173,7 @@ static void test_lossless_levels(void **state)
     struct view view = small_view(EDGE);
     view.background_bottom = view.background_top = vec3(0, 0, 0);
     view.max_depth = RADIANCE_LEVELS;
-    struct scene *scene = finish(builder, &view);
+    struct scene *scene = finish_in_view(builder, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
     struct ray ray = {{0, 0, 0}, {0, 0, 1}, HUGE_VAL, PRIMITIVE_NONE, 0};
@@ -214,7 +207,7 @@ static struct scene *mirror_in_the_dark(const struct material *mirror, bool cone
     view.background_bottom = view.background_top = vec3(0, 0, 0);
     view.formulas = formulas;
     view.max_depth = max_depth;
-    return finish(builder, &view);
+    return finish_in_view(builder, &view);
 }
 
 /* Inside of a mirror that adds a tenth at every reflection: the bound counts all possible reflections. */
@@ -286,7 +279,7 @@ static void test_box_met_again(void **state)
     assert_added(builder_add_box(builder, &box));
     struct view view = small_view(EDGE);
     view.background_bottom = view.background_top = vec3(0, 0, 0);
-    struct scene *scene = finish(builder, &view);
+    struct scene *scene = finish_in_view(builder, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
     struct ray ray = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_BOX, 0), 5};
@@ -359,7 +352,7 @@ static struct scene *random_scene(uint64_t *random, int family)
         assert_added(builder_add_light(builder, &light));
     }
     struct view view = small_view(EDGE);
-    return finish(builder, &view);
+    return finish_in_view(builder, &view);
 }
 
 /* Renders a single pixel; returns the error that it claims. */
@@ -409,8 +402,7 @@ static void test_claims(void **state)
             static float deep[EDGE * EDGE * 3];
             static double left[EDGE * EDGE];
             struct scene *scene = random_scene(&random, family);
-            void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-            struct bvh *bvh = bvh_build(scene, memory, 1);
+            struct bvh *bvh = tree_of(scene);
             struct render_counts counts;
             scene->view.max_depth = 30;
             scene->view.cutoff = 0x1p-11;
@@ -426,7 +418,7 @@ static void test_claims(void **state)
             scene->view.max_depth = 20;
             for (scene->view.cutoff = 0x1p-10; scene->view.cutoff < 0.1; scene->view.cutoff *= 8)
                 compare(scene, bvh, deep, left, &coverage);
-            free(memory);
+            free(bvh);
             free(scene);
         }
         assert_int_equal(coverage.broken, 0);
@@ -451,16 +443,27 @@ static void test_growing_light(void **state)
     struct view view = small_view(EDGE);
     view.max_depth = 4;
     view.cutoff = 0.125;
-    struct scene *scene = finish(builder, &view);
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
+    struct prepared prepared = prepare_scene(builder, &view);
     float rgb[3];
     struct render_counts counts;
-    double claim = render_pixel(renderer, EDGE / 2 * EDGE + EDGE / 2, rgb, &counts);
+    double claim = render_pixel(prepared.renderer, EDGE / 2 * EDGE + EDGE / 2, rgb, &counts);
     assert_true(isinf(claim) && claim > 0);
-    renderer_destroy(renderer);
-    free(memory);
-    free(scene);
+    prepared_free(&prepared);
+}
+
+/* A light, a ball whose glass amplifies transmitted light, and one of this material beside it. */
+static struct scene *growing_light_beside(const struct material *material, const struct view *view)
+{
+    struct builder *builder = builder_create();
+    struct light light = {{0, 0, 9}, one};
+    struct material glass = {.color = {1.5, 1, 1}, .transmission = 1, .ior = 1.5};
+    uint32_t index, other;
+    assert_added(builder_add_light(builder, &light));
+    assert_added(builder_add_material(builder, &glass, &index));
+    assert_added(builder_add_material(builder, material, &other));
+    add_sphere(builder, vec3(0, 0, 0), 1, index);
+    add_sphere(builder, vec3(3, 0, 0), 1, other);
+    return finish_in_view(builder, view);
 }
 
 /* Surfaces that amplify transmitted light, with shadow rays: there is no bound on the light behind them. */
@@ -469,20 +472,10 @@ static void test_light_through_growing(void **state)
     (void)state;
     const struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
     for (uint32_t shadows = 0; shadows <= 1; shadows++) {
-        struct builder *builder = builder_create();
-        struct light light = {{0, 0, 9}, one};
-        struct material glass = {.color = {1.5, 1, 1}, .transmission = 1, .ior = 1.5};
         struct material matte = {.color = one, .ambient = 0.25, .diffuse = 0.5, .ior = 1};
-        uint32_t index, other;
-        assert_added(builder_add_light(builder, &light));
-        assert_added(builder_add_material(builder, &glass, &index));
-        assert_added(builder_add_material(builder, &matte, &other));
-        struct sphere sphere = {{0, 0, 0}, 1, index, 0}, ball = {{3, 0, 0}, 1, other, 0};
-        assert_added(builder_add_sphere(builder, &sphere));
-        assert_added(builder_add_sphere(builder, &ball));
         struct view view = small_view(EDGE);
         view.shadows = shadows;
-        struct scene *scene = finish(builder, &view);
+        struct scene *scene = growing_light_beside(&matte, &view);
         assert_int_equal(radiance_light_grows(scene), shadows);
         assert_int_equal(isinf(direct_in(scene, &matte, &box).x) != 0, shadows);
         matte.diffuse = 0;
@@ -495,19 +488,9 @@ static void test_light_through_growing(void **state)
 static void test_growing_at_any_depth(void **state)
 {
     (void)state;
-    struct builder *builder = builder_create();
-    struct light light = {{0, 0, 9}, one};
-    struct material glass = {.color = {1.5, 1, 1}, .transmission = 1, .ior = 1.5};
-    struct material mirror = {.color = one, .diffuse = 0.5, .reflection = 1, .ior = 1};
-    uint32_t index, other;
-    assert_added(builder_add_light(builder, &light));
-    assert_added(builder_add_material(builder, &glass, &index));
-    assert_added(builder_add_material(builder, &mirror, &other));
-    struct sphere sphere = {{0, 0, 0}, 1, index, 0}, ball = {{3, 0, 0}, 1, other, 0};
-    assert_added(builder_add_sphere(builder, &sphere));
-    assert_added(builder_add_sphere(builder, &ball));
-    struct view view = small_view(EDGE);
-    struct scene *scene = finish(builder, &view);
+    const struct material mirror = {.color = one, .diffuse = 0.5, .reflection = 1, .ior = 1};
+    const struct view view = small_view(EDGE);
+    struct scene *scene = growing_light_beside(&mirror, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
     for (uint32_t depth = RADIANCE_LEVELS - 2; depth < RADIANCE_LEVELS + 4; depth++)

@@ -76,8 +76,7 @@ struct picture {
 /* Renders the scene in tiles of w x h pixels. Frees nothing of the scene. */
 static void render_tiles(const struct scene *scene, uint32_t w, uint32_t h, struct picture *picture)
 {
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct bvh *bvh = bvh_build(scene, memory, 1);
+    struct bvh *bvh = tree_of(scene);
     struct renderer *renderer = renderer_create(scene, bvh);
     float *rgb = malloc((size_t)w * h * 3 * sizeof *rgb);
     memset(picture, 0, sizeof *picture);
@@ -94,14 +93,13 @@ static void render_tiles(const struct scene *scene, uint32_t w, uint32_t h, stru
     }
     free(rgb);
     renderer_destroy(renderer);
-    free(memory);
+    free(bvh);
 }
 
 static void render_scene(struct builder *builder, const struct view *view, uint32_t w, uint32_t h,
                          struct picture *picture)
 {
-    struct scene *scene = builder_finish(builder, view);
-    builder_destroy(builder);
+    struct scene *scene = finish_in_view(builder, view);
     render_tiles(scene, w, h, picture);
     free(scene);
 }
@@ -202,18 +200,13 @@ static void test_facing_mirrors(void **state)
     struct view view = small_view(SIZE);
     view.max_depth = 10000;
     view.region_x = view.region_y = SIZE / 2;
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
+    struct prepared prepared = prepare_scene(builder, &view);
     struct tile tile = {.w = 1, .h = 1, .step = 1};
-    renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
+    renderer_tile(prepared.renderer, &tile, picture.rgb, &picture.counts);
     assert_int_equal(picture.counts.rays[RAY_REFLECTION], 10000);
     /* Ambient light alone: 10001 surfaces of 0.1 * 0.9 each, nothing lost on the way. */
     assert_true(fabs((double)picture.rgb[0] - 10001 * 0.09) < 1e-3);
-    renderer_destroy(renderer);
-    free(memory);
-    free(scene);
+    prepared_free(&prepared);
 }
 
 /* Behind two glass surfaces light is weaker by transmission * color twice; behind stone it is gone.
@@ -275,13 +268,10 @@ static void test_rays_are_bounded(void **state)
         view.max_depth = 30;
         view.cutoff = 1.0 / 64;
         view.background_bottom = view.background_top = vec3(1, 1, 1);
-        struct scene *scene = builder_finish(builder, &view);
-        builder_destroy(builder);
-        void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-        struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
+        struct prepared prepared = prepare_scene(builder, &view);
         for (uint32_t pixel = 0; pixel < SIZE * SIZE; pixel += 7) {
             struct tile tile = {.x = pixel % SIZE, .y = pixel / SIZE, .w = 1, .h = 1, .step = 1};
-            renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
+            renderer_tile(prepared.renderer, &tile, picture.rgb, &picture.counts);
             assert_true(render_counts_rays(&picture.counts) <= 31 * 64);
             /* All that goes in comes out, into a sky of 1. */
             double error = fabs(1 - (double)picture.rgb[0]);
@@ -289,9 +279,7 @@ static void test_rays_are_bounded(void **state)
             assert_int_equal(picture.counts.unmatched_media, 0);
             assert_int_equal(picture.counts.open_media, 0);
         }
-        renderer_destroy(renderer);
-        free(memory);
-        free(scene);
+        prepared_free(&prepared);
     }
 }
 
@@ -572,37 +560,12 @@ static void test_lights_in_a_plane(void **state)
 }
 
 /* A scene that is ready to be rendered. */
-struct prepared {
-    struct scene *scene;
-    void *memory; /* of the BVH */
-    struct renderer *renderer;
-};
-
-/* Frees the builder. */
-static struct prepared prepare_scene(struct builder *builder, const struct view *view)
-{
-    struct prepared prepared;
-    prepared.scene = builder_finish(builder, view);
-    builder_destroy(builder);
-    prepared.memory = aligned_alloc(64, (bvh_bytes_bound(prepared.scene) + 63) / 64 * 64);
-    prepared.renderer =
-        renderer_create(prepared.scene, bvh_build(prepared.scene, prepared.memory, 1));
-    return prepared;
-}
-
 static struct prepared prepare(uint32_t min_samples, uint32_t max_samples)
 {
     struct view view = small_view(SIZE);
     view.min_samples = min_samples;
     view.max_samples = max_samples;
     return prepare_scene(cluster(), &view);
-}
-
-static void prepared_free(struct prepared *prepared)
-{
-    renderer_destroy(prepared->renderer);
-    free(prepared->memory);
-    free(prepared->scene);
 }
 
 /* Of four samples those of even number are one half, those of odd number the other one; a pass of two samples gives

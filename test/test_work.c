@@ -267,11 +267,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
 {
     struct view view = small_view(manner->edge ? manner->edge : EDGE);
     if (manner->adaptive) view.max_samples = 64;
-    struct builder *builder = builder_create();
-    struct scene *scene = builder_finish(builder, &view);
-    builder_destroy(builder);
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
+    struct prepared prepared = prepare_scene(builder_create(), &view);
     pthread_t thread;
     memset(&master, 0, sizeof master);
     master.lines = lines;
@@ -284,20 +280,20 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     master.late_lot = manner->late_lot;
     bell_init(&master.bell);
     if (manner->tray) master.arrivals = arrivals_create(2);
-    struct node_scene shared = {
-        .scene = scene, .bell = &master.bell, .tray = manner->tray, .arrivals = master.arrivals};
+    struct node_scene shared = {.scene = prepared.scene,
+                                .bell = &master.bell,
+                                .tray = manner->tray,
+                                .arrivals = master.arrivals};
     for (unsigned i = 1; i <= manner->full && !manner->served; i++)
         slots_fill(&manner->tray->results, TRAY_SLOTS - i, 8);
     begin_to_speak(manner, &thread);
-    work(renderer, &shared);
+    work(prepared.renderer, &shared);
     if (manner->late) pthread_join(thread, NULL);
     /* All messages that were sent were counted. */
     if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
     free(master.arrivals);
     bell_free(&master.bell);
-    renderer_destroy(renderer);
-    free(memory);
-    free(scene);
+    prepared_free(&prepared);
 }
 
 /* tray: NULL for none. */

@@ -1,8 +1,14 @@
-/* A small view for tests that render: from z = 6 towards the origin, with one sample per pixel and no pruning. */
+/* A small view for tests that render: from z = 6 towards the origin, with one sample per pixel and no pruning; and a
+ * scene that is ready to be rendered in it. */
 #ifndef FARM_TEST_VIEW_FIXTURE_H
 #define FARM_TEST_VIEW_FIXTURE_H
 
+#include <stdlib.h>
+
 #include "common/scene.h"
+#include "master/builder.h"
+#include "worker/bvh.h"
+#include "worker/render.h"
 
 /* A view of edge x edge pixels. */
 static inline struct view small_view(uint32_t edge)
@@ -22,6 +28,41 @@ static inline struct view small_view(uint32_t edge)
                          .shadows = 1,
                          .min_samples = 1,
                          .max_samples = 1};
+}
+
+/* Frees the builder. */
+static inline struct scene *finish_in_view(struct builder *builder, const struct view *view)
+{
+    struct scene *scene = builder_finish(builder, view);
+    builder_destroy(builder);
+    return scene;
+}
+
+static inline struct bvh *tree_of(const struct scene *scene)
+{
+    return bvh_build(scene, aligned_alloc(BVH_ALIGNMENT, bvh_bytes_bound(scene)), 1);
+}
+
+struct prepared {
+    struct scene *scene;
+    struct bvh *bvh;
+    struct renderer *renderer;
+};
+
+/* Frees the builder. */
+static inline struct prepared prepare_scene(struct builder *builder, const struct view *view)
+{
+    struct prepared prepared = {.scene = finish_in_view(builder, view)};
+    prepared.bvh = tree_of(prepared.scene);
+    prepared.renderer = renderer_create(prepared.scene, prepared.bvh);
+    return prepared;
+}
+
+static inline void prepared_free(struct prepared *prepared)
+{
+    renderer_destroy(prepared->renderer);
+    free(prepared->bvh);
+    free(prepared->scene);
 }
 
 #endif
