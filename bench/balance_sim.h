@@ -49,8 +49,7 @@ struct machine {
 };
 
 struct sim_renderer {
-    uint32_t tiles;
-    uint64_t pixels;
+    uint64_t pixels; /* that it has rendered */
     double busy_s;   /* wall seconds of rendering and probing */
     double finish_s; /* when it last stopped rendering, whether the result counts or not */
     double send_s;   /* from when it sends a result until the last byte is at the master */

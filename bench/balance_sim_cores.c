@@ -106,6 +106,15 @@ static void start(struct sim *sim, uint32_t index, uint32_t who)
     go_on_with(sim, index);
 }
 
+/* Gives an idle core to the first renderer that waits, if one does. */
+static void start_next(struct sim *sim, uint32_t index)
+{
+    uint32_t next = sim->front;
+    if (next == NOBODY) return;
+    take_out(sim, NOBODY);
+    start(sim, index, next);
+}
+
 /* Frees the core for the next renderer. */
 static void leave(struct sim *sim, uint32_t index)
 {
@@ -113,10 +122,7 @@ static void leave(struct sim *sim, uint32_t index)
     sim->renderers[core->who].core = NO_CORE;
     core->who = NOBODY;
     core->turn++;
-    if (sim->front == NOBODY) return;
-    uint32_t next = sim->front;
-    take_out(sim, NOBODY);
-    start(sim, index, next);
+    start_next(sim, index);
 }
 
 void cores_account(struct sim *sim, uint32_t who)
@@ -133,12 +139,8 @@ void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first)
         wait_first(sim, who);
     else
         wait_last(sim, who);
-    for (uint32_t i = 0; i < sim->machine->cores && sim->front != NOBODY; i++) {
-        if (sim->cores[i].who != NOBODY) continue;
-        uint32_t next = sim->front;
-        take_out(sim, NOBODY);
-        start(sim, i, next);
-    }
+    for (uint32_t i = 0; i < sim->machine->cores; i++)
+        if (sim->cores[i].who == NOBODY) start_next(sim, i);
 }
 
 void cores_ended(struct sim *sim, uint32_t who)

@@ -292,7 +292,6 @@ static void account(struct sim *sim, uint32_t who, struct part *part)
     if (part->tile.pass == TILE_PROBE) return;
     sum->finish_s = sim->now;
     if (part->dropped) return;
-    sum->tiles++;
     sum->pixels += tile_pixels(&part->tile);
 }
 

@@ -111,13 +111,13 @@ static struct options parse_options(int argc, char **argv)
 
 static const struct {
     const char *name;
-    bool generated, has_mesh;
+    bool has_mesh;
     bool by_default; /* false: only if it is named, as Tachyon takes minutes */
 } all_scenes[] = {
-    {"balls", true, false, true},     {"tetra", true, true, true},    {"mount", true, true, true},
-    {"rings_mesh", true, true, true}, {"rings", true, false, true},   {"tree", true, false, true},
-    {"lattice", true, false, true},   {"million", true, true, true},  {"planet", true, true, true},
-    {"pipes", true, true, false},     {"lantern", false, true, true}, {"garden", false, true, true},
+    {"balls", false, true},     {"tetra", true, true},   {"mount", true, true},
+    {"rings_mesh", true, true}, {"rings", false, true},  {"tree", false, true},
+    {"lattice", false, true},   {"million", true, true}, {"planet", true, true},
+    {"pipes", true, false},     {"lantern", true, true}, {"garden", true, true},
 };
 #define SCENE_COUNT (sizeof all_scenes / sizeof *all_scenes)
 
@@ -180,13 +180,9 @@ static struct kernel_scene prepare_scene(const struct options *options, size_t i
 {
     const struct bench *bench = &options->bench;
     struct kernel_scene scene = {.name = all_scenes[i].name, .has_mesh = all_scenes[i].has_mesh};
-    if (!all_scenes[i].generated)
-        scene.config = format_text("config/%s.ini", scene.name);
-    else
-        scene.config = format_text("%s/%s.ini", bench->folder, scene.name);
+    bool generated = kernel_scene_write(bench->folder, scene.name, options->scale);
+    scene.config = format_text("%s/%s.ini", generated ? bench->folder : "config", scene.name);
     scene.dark = format_text("%s/%s-dark.ini", bench->folder, scene.name);
-    if (all_scenes[i].generated && !kernel_scene_write(bench->folder, scene.name, options->scale))
-        fatal("no scene of this name: %s", scene.name);
     write_dark(bench, &scene);
     export_for_peers(options, &scene);
     return scene;
