@@ -269,7 +269,7 @@ bench-error-truncation: $(BUILD)/bench/error_truncation all
 
 # Compares the kernel with Embree, Tachyon and POV-Ray, on one thread each; takes about a quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" is shorter.
-BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
+BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/command.c bench/kernel_export.c bench/kernel_main.c \
               bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c \
               bench/report_values.c bench/scenes.c)
 EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
@@ -306,8 +306,8 @@ bench-error: $(BUILD)/bench/error_tool all
 	FARM="$(abspath $(FARM))" TOOL="$(abspath $(BUILD)/bench/error_tool)" WORK=$(BUILD)/bench/error.out \
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
-$(BUILD)/bench/omit: $(addprefix $(BUILD)/,bench/omit.o bench/median.o bench/report_values.o common/message.o \
-    common/memory.o)
+$(BUILD)/bench/omit: $(addprefix $(BUILD)/,bench/omit.o bench/command.o bench/median.o bench/report_values.o \
+    common/message.o common/memory.o)
 	$(call link,-lm)
 
 # Takes about five minutes.

@@ -1,19 +1,15 @@
 #include "bench/kernel_run.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/command.h"
 #include "bench/kernel_export.h"
 #include "bench/outside.h"
 #include "bench/report_values.h"
-#include "common/clock.h"
 #include "common/message.h"
 
 const char *const program_names[PROGRAM_COUNT] = {"farm", "embree", "tachyon", "povray"};
@@ -21,62 +17,6 @@ static const char *const step_names[STEP_COUNT] = {"picture", "direct", "primary
 const char *const metric_names[METRIC_COUNT] = {
     "render_s", "render_wall_s", "intersect_s", "build_s", "process_s", "process_wall_s", "primary",
     "shadow",   "reflection",    "refraction",  "bytes",   "triangles", "primitives"};
-
-/* ---- processes ---- */
-
-#define ARGUMENTS_MAX 24
-
-struct command {
-    char *words[ARGUMENTS_MAX + 1]; /* NULL at the end */
-    unsigned count;
-};
-
-static void add_word(struct command *command, char *word)
-{
-    if (command->count == ARGUMENTS_MAX) fatal("a command has too many words");
-    command->words[command->count++] = word;
-}
-
-static void free_command(struct command *command)
-{
-    for (unsigned i = 0; i < command->count; i++)
-        free(command->words[i]);
-}
-
-static _Noreturn void become(const struct command *command, const char *log)
-{
-    int file = open(log, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    if (file < 0) _exit(126);
-    dup2(file, STDOUT_FILENO);
-    dup2(file, STDERR_FILENO);
-    execvp(command->words[0], command->words);
-    fprintf(stderr, "%s: %s\n", command->words[0], strerror(errno));
-    _exit(127);
-}
-
-static double seconds(struct timeval time)
-{
-    return (double)time.tv_sec + 1e-6 * (double)time.tv_usec;
-}
-
-/* Its output goes to log. */
-static bool run_command(const struct command *command, const char *log, struct measurement *out)
-{
-    struct rusage used;
-    int status;
-    fflush(NULL);
-    double start = clock_wall();
-    pid_t child = fork();
-    if (child < 0) fatal("no process can be started: %s", strerror(errno));
-    if (child == 0) become(command, log);
-    while (wait4(child, &status, 0, &used) < 0)
-        if (errno != EINTR) fatal("a process is lost: %s", strerror(errno));
-    out->at[PROCESS_WALL_S] = clock_wall() - start;
-    out->at[PROCESS_S] = seconds(used.ru_utime) + seconds(used.ru_stime);
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return true;
-    fprintf(stderr, "kernel: %s ended badly; what it said is in %s\n", command->words[0], log);
-    return false;
-}
 
 /* The number after the first `key` in the text, or after the first one that follows `after`; NAN: there is none. */
 static double number_after(const char *text, const char *after, const char *key)
@@ -107,32 +47,36 @@ static char *output_path(const struct bench *bench, const struct kernel_scene *s
     return format_text("%s/step-%s.pfm", bench->folder, program_names[program]);
 }
 
+/* Adds a word that ends with the path, which is freed. */
+static void add_path(struct command *command, const char *before, char *path)
+{
+    command_add(command, "%s%s", before, path);
+    free(path);
+}
+
 /* Adds the settings, which are the same for the farm and for Embree's program, as that loads its scenes by the
  * farm's loader. */
 static void add_settings(struct command *command, const struct bench *bench, enum step step)
 {
-    add_word(command, format_text("image.width=%u", bench->width));
-    add_word(command, format_text("image.height=%u", bench->height));
-    add_word(command, format_text("image.region=0 0 %u %u", bench->width, bench->height));
-    add_word(command, format_text("render.max_depth=%d", step == STEP_PICTURE ? 20 : 0));
-    add_word(command, copy_text("sampling.samples=1"));
-    if (step == STEP_PRIMARY || step == STEP_SHADOWLESS)
-        add_word(command, copy_text("render.shadows=no"));
+    command_add(command, "image.width=%u", bench->width);
+    command_add(command, "image.height=%u", bench->height);
+    command_add(command, "image.region=0 0 %u %u", bench->width, bench->height);
+    command_add(command, "render.max_depth=%d", step == STEP_PICTURE ? 20 : 0);
+    command_add(command, "sampling.samples=1");
+    if (step == STEP_PRIMARY || step == STEP_SHADOWLESS) command_add(command, "render.shadows=no");
 }
 
 static struct command farm_command(const struct bench *bench, const struct kernel_scene *scene,
                                    enum step step)
 {
     struct command command = {0};
-    char *image = output_path(bench, scene, PROGRAM_FARM, step);
-    add_word(&command, copy_text(bench->farm));
-    add_word(&command, copy_text("--allow-outside")); /* the sample scenes' meshes */
-    add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
+    command_add(&command, "%s", bench->farm);
+    command_add(&command, "--allow-outside"); /* the sample scenes' meshes */
+    command_add(&command, "%s", step == STEP_PRIMARY ? scene->dark : scene->config);
     add_settings(&command, bench, step);
-    add_word(&command, format_text("output.image=%s", image));
-    add_word(&command, format_text("output.report=%s/report.json", bench->folder));
-    add_word(&command, copy_text("output.journal=")); /* all tiles are this run's own */
-    free(image);
+    add_path(&command, "output.image=", output_path(bench, scene, PROGRAM_FARM, step));
+    command_add(&command, "output.report=%s/report.json", bench->folder);
+    command_add(&command, "output.journal="); /* all tiles are this run's own */
     return command;
 }
 
@@ -166,11 +110,11 @@ static struct command embree_command(const struct bench *bench, const struct ker
                                      enum step step)
 {
     struct command command = {0};
-    add_word(&command, copy_text(bench->embree));
-    if (step == STEP_PRIMARY) add_word(&command, copy_text("--primary"));
-    add_word(&command, copy_text("--image"));
-    add_word(&command, output_path(bench, scene, PROGRAM_EMBREE, step));
-    add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
+    command_add(&command, "%s", bench->embree);
+    if (step == STEP_PRIMARY) command_add(&command, "--primary");
+    command_add(&command, "--image");
+    add_path(&command, "", output_path(bench, scene, PROGRAM_EMBREE, step));
+    command_add(&command, "%s", step == STEP_PRIMARY ? scene->dark : scene->config);
     add_settings(&command, bench, step);
     return command;
 }
@@ -207,9 +151,9 @@ static struct command tachyon_command(const struct bench *bench, const struct ke
     static const char *const words[] = {"tachyon",      "+V",      "-numthreads", "1", "-fullshade",
                                         "-shade_phong", "-format", "PPM48",       "-o"};
     for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
-        add_word(&command, copy_text(words[i]));
-    add_word(&command, picture_path(bench, scene, PROGRAM_TACHYON));
-    add_word(&command, peer_scene(bench, scene, PROGRAM_TACHYON));
+        command_add(&command, "%s", words[i]);
+    add_path(&command, "", picture_path(bench, scene, PROGRAM_TACHYON));
+    add_path(&command, "", peer_scene(bench, scene, PROGRAM_TACHYON));
     return command;
 }
 
@@ -228,16 +172,12 @@ static struct command povray_command(const struct bench *bench, const struct ker
     struct command command = {0};
     static const char *const words[] = {"povray", "+WT1", "-D",    "-V",
                                         "-A",     "+Q9",  "+FP16", "File_Gamma=1"};
-    char *image = picture_path(bench, scene, PROGRAM_POVRAY);
-    char *file = peer_scene(bench, scene, PROGRAM_POVRAY);
     for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
-        add_word(&command, copy_text(words[i]));
-    add_word(&command, format_text("+W%u", bench->width));
-    add_word(&command, format_text("+H%u", bench->height));
-    add_word(&command, format_text("+I%s", file));
-    add_word(&command, format_text("+O%s", image));
-    free(image);
-    free(file);
+        command_add(&command, "%s", words[i]);
+    command_add(&command, "+W%u", bench->width);
+    command_add(&command, "+H%u", bench->height);
+    add_path(&command, "+I", peer_scene(bench, scene, PROGRAM_POVRAY));
+    add_path(&command, "+O", picture_path(bench, scene, PROGRAM_POVRAY));
     return command;
 }
 
@@ -293,7 +233,10 @@ bool run_program(const struct bench *bench, const struct kernel_scene *scene, en
     struct command command = command_of(bench, scene, program, step);
     char *log = format_text("%s/%s-%s-%s.log", bench->folder, scene->name, program_names[program],
                             step_names[step]);
-    bool good = run_command(&command, log, out);
+    struct usage usage;
+    bool good = command_run(&command, log, &usage);
+    out->at[PROCESS_WALL_S] = usage.wall_s;
+    out->at[PROCESS_S] = usage.cpu_s;
     if (good) {
         char *text = report_text(log);
         if (program == PROGRAM_FARM) read_farm(bench, out);
@@ -305,6 +248,5 @@ bool run_program(const struct bench *bench, const struct kernel_scene *scene, en
         if (!good) fprintf(stderr, "kernel: no time in %s\n", log);
     }
     free(log);
-    free_command(&command);
     return good;
 }

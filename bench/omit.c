@@ -11,11 +11,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include "bench/command.h"
 #include "bench/median.h"
 #include "bench/outside.h"
 #include "bench/report_values.h"
@@ -233,36 +230,27 @@ struct run {
     double resident_kib;
 };
 
-static void start_farm(const char *folder, const char *variant)
-{
-    char config[512], picture[512], report[512], choice[64];
-    const char *farm = from_environment("FARM", "./farm");
-    snprintf(config, sizeof config, "%s/omit.ini", folder);
-    snprintf(picture, sizeof picture, "output.image=%s/%s.pfm", folder, variant);
-    snprintf(report, sizeof report, "output.report=%s/omit.json", folder);
-    snprintf(choice, sizeof choice, "farm.variant=%s", variant);
-    if (!freopen("/dev/null", "w", stdout) || !freopen("/dev/null", "w", stderr)) _exit(1);
-    execl(farm, "farm", config, picture, report, choice, "output.journal=", (char *)NULL);
-    _exit(1);
-}
-
 static struct run run_farm(const char *folder, const char *variant)
 {
-    char path[512];
-    int status;
-    struct rusage usage;
-    pid_t child = fork();
-    if (child < 0) fatal("cannot start a process");
-    if (child == 0) start_farm(folder, variant);
-    if (wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) || WEXITSTATUS(status))
+    struct command command = {0};
+    struct usage usage;
+    command_add(&command, "%s", from_environment("FARM", "./farm"));
+    command_add(&command, "%s/omit.ini", folder);
+    command_add(&command, "output.image=%s/%s.pfm", folder, variant);
+    command_add(&command, "output.report=%s/omit.json", folder);
+    command_add(&command, "farm.variant=%s", variant);
+    command_add(&command, "output.journal=");
+    char *log = format_text("%s/omit.log", folder), *path = format_text("%s/omit.json", folder);
+    if (!command_run(&command, log, &usage))
         fatal("farm failed on %s/omit.ini with farm.variant=%s", folder, variant);
-    snprintf(path, sizeof path, "%s/omit.json", folder);
     char *report = report_text(path);
     const char *renderer = strstr(report, "\"rank\": 0,");
     if (!renderer) fatal("%s says nothing of rank 0", path);
     struct run run = {report_number(renderer, "cpu_s"), report_number(report, "bytes"),
-                      (double)usage.ru_maxrss};
+                      usage.resident_kib};
     free(report);
+    free(path);
+    free(log);
     return run;
 }
 
