@@ -42,7 +42,7 @@ static const struct {
 
 static double *value_at(struct message_costs *costs, size_t i)
 {
-    return (double *)((char *)costs + message_values[i].at);
+    return (void *)((char *)costs + message_values[i].at);
 }
 
 /* Measures tile_s in a run of many small tiles, by the rank that gets them in messages. There are thousands of

@@ -158,7 +158,7 @@ static void run_many(FILE *out, const struct bench_scene *scene)
         same = same && same_bits(ONE_FILE, MANY_FILE);
     }
     double share = median_of(master, MANY_RUNS);
-    fprintf(out, "| %s | %u | %.3f | %.2f | %.0f | %.3f | %.3f %% (%.3f to %.3f) | %.3f | %s |\n",
+    fprintf(out, "| %s | %d | %.3f | %.2f | %.0f | %.3f | %.3f %% (%.3f to %.3f) | %.3f | %s |\n",
             scene->name, PAPER_PROCESSORS, median_of(render, MANY_RUNS),
             median_of(total, MANY_RUNS), median_of(messages, MANY_RUNS), median_of(cpu, MANY_RUNS),
             100 * share, 100 * master[0], 100 * master[MANY_RUNS - 1], median_of(tail, MANY_RUNS),
