@@ -13,7 +13,7 @@ static struct error_forecast law_to(const struct error_point *now, double goal, 
     /* FORECAST_SPREAD is relative to what is still to come, which is less than the whole time. */
     double foresight = FORECAST_SPREAD * -expm1(-log_time) * forecast.slope / log_time;
     forecast.slope_spread = hypot(foresight, slope_spread);
-    forecast.known = true;
+    forecast.known = forecast.slope_spread < HUGE_VAL;
     return forecast;
 }
 
@@ -167,7 +167,7 @@ static double log_time_if_off(const struct halfway *it, struct input_errors off)
 }
 
 /* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for
- * `steep` and `flat`, what log_time_if_off() is then. */
+ * `steep` and `flat`, what log_time_if_off() is then. HUGE_VAL: on the steep side the goal is reached already. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;

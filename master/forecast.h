@@ -43,8 +43,8 @@ static inline bool forecast_has_samples(const struct error_forecast *forecast)
  *
  * The interval contains what both errors and the usual slope may be off by, besides FORECAST_SPREAD, as if these were
  * independent. It is rather too wide, as the first point's samples are among those of the second. It has no upper end
- * where the error may as well not go down. samples: those of the last point, 4 or more; goal: below the last point's
- * error by more than that may be off by.
+ * where the error may as well not go down. Nothing is known where the last point's error is so uncertain that it may be
+ * at the goal already, as that of a single pixel. samples: those of the last point, 4 or more.
  */
 #define FORECAST_EDGE         1.5
 #define FORECAST_SMOOTH       2.25

@@ -186,8 +186,11 @@ static void put_forecast(struct table *table, const struct report *report, doubl
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
     flow(table, "an RMSE of %s would take", goal_figure(report).text);
     flow_on(table, "about %s s", rough_seconds(others + seconds).text);
-    flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
-            rough_seconds(others + high).text);
+    if (high < HUGE_VAL)
+        flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
+                rough_seconds(others + high).text);
+    else
+        flow_on(table, "(%s or more)", rough_seconds(others + low).text);
     if (forecast_has_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
     if (forecast->slope <= FORECAST_STEEPEST)
         flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);

@@ -420,6 +420,9 @@ static void test_no_forecast(void **state)
     /* Half of the samples had missed what has most of the error. */
     const struct error_point missed[2] = {{1, 0.0008, 0.5}, {2, 0.053, 0.5}};
     assert_false(error_forecast(missed, 7, 0.02).known);
+    /* A picture of one pixel, whose error is so uncertain that it may be below the goal already. */
+    const struct error_point uncertain[2] = {{1, 0.04, 0.8}, {2, 0.05, 0.8}};
+    assert_false(error_forecast(uncertain, 4, 0.025).known);
     const struct error_breakdown none = {.sum = {0, 0}}, lost = {.sum = {HUGE_VAL, HUGE_VAL}};
     struct error_point point;
     assert_false(error_point(&none, 10, 1, &point));

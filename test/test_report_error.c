@@ -138,6 +138,24 @@ static void test_table_steep_forecast(void **state)
     free(text);
 }
 
+/* Where the error may as well not go down, the interval of a forecast has no upper end, and says so in words. */
+static void test_table_forecast_without_an_end(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast =
+        (struct error_forecast){true, false, 0.000098, 2, 0.00004, 0.5, 0.6, 64, 0.06, 0};
+    char *text = table_text(&report, 80), *json = report_json(&report);
+    assert_has(text,
+               "\nan RMSE of 0.00004 would take about 12.4 s (4.92 or more), with 64 samples\n");
+    assert_has(json, "\"render_high_s\": null");
+    free(text);
+    free(json);
+}
+
 /* The sampling error, and what a lower one would take. */
 static void test_table_error(void **state)
 {
@@ -297,6 +315,7 @@ int main(void)
         cmocka_unit_test(test_table_ended),
         cmocka_unit_test(test_table_cut_off),
         cmocka_unit_test(test_table_steep_forecast),
+        cmocka_unit_test(test_table_forecast_without_an_end),
         cmocka_unit_test(test_table_error),
         cmocka_unit_test(test_table_narrow_interval),
         cmocka_unit_test(test_table_not_finite),
