@@ -243,6 +243,38 @@ static void test_eye_on_a_surface(void **state)
     free(scene);
 }
 
+/* A straight line leaves a solid once, also where it goes through the edge in which the caps of two of them meet. */
+static void test_eye_before_an_edge(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t water = add_glass(builder, 1.33, 0.9), glass = add_glass(builder, 1.5, 0.9);
+    add_sphere(builder, vec3(0, 0, 0), 9, water);
+    add_sphere(builder, vec3(0, 1, 0), 1, glass);
+    struct cone rod = {.base = {1.25, 0, -0.5}, .apex = {1.25, 0, 1.5}, .capped = 1};
+    rod.base_radius = rod.apex_radius = 1;
+    struct cone cone = {.base = {-0.5, 0.25, 1.75}, .apex = {1.5, 0.25, 1.75}, .capped = 1};
+    cone.base_radius = 0.25;
+    cone.apex_radius = 0.5;
+    rod.material = cone.material = glass;
+    assert_added(builder_add_cone(builder, &rod));
+    assert_added(builder_add_cone(builder, &cone));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    for (unsigned i = 0; i < 64; i++) {
+        double far = 2.5 + i / 32.0;
+        struct vec3 way = vec3(1.5, -0.75, 1.5), edge = vec3(1.5, -0.125, 1.5);
+        uint32_t stack = media_at(media, bvh, vec_add_scaled(edge, way, -far), vec_normalize(way));
+        struct crossing_media at = media_cross(media, stack, sphere(0), false);
+        assert_crossing(at, 1.33, 1, false);
+        assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    }
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 /*
  * An eye within the last bit of an oblique plane is behind it exactly where a ray to its front meets it. The three
  * numbers are a sum of decimal fractions that is 0 but for their rounding.
@@ -432,6 +464,7 @@ int main(void)
         cmocka_unit_test(test_deep_nesting),
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_on_a_surface),
+        cmocka_unit_test(test_eye_before_an_edge),
         cmocka_unit_test(test_eye_at_an_oblique_plane),
         cmocka_unit_test(test_eye_in_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),

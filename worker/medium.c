@@ -195,11 +195,37 @@ static void note_crossing(struct media *media, const struct ray *ray, const stru
         exits->media[exits->count++] = medium_of(media->scene, hit->primitive);
 }
 
-/* Follows a ray through all surfaces. Planes are treated separately. */
+/* The latest crossings of a ray, in a ring. */
+#define RECENT 8
+struct recent {
+    uint32_t count;
+    uint32_t primitive[RECENT];
+    bool entering[RECENT];
+};
+
+/* Whether the ray has crossed this surface in this direction before; if not, it has now. */
+static bool is_repeated(struct recent *recent, uint32_t primitive, bool entering)
+{
+    for (uint32_t i = 0; i < RECENT && i < recent->count; i++)
+        if (recent->primitive[i] == primitive && recent->entering[i] == entering) return true;
+    uint32_t place = recent->count++ % RECENT;
+    recent->primitive[place] = primitive;
+    recent->entering[place] = entering;
+    return false;
+}
+
+/*
+ * Follows a ray through all surfaces. Planes are treated separately. A line enters and leaves a primitive once. But
+ * where it goes through an edge in which two of them meet, the point on each is before the other one (see
+ * worker/place.h), and they would be crossed in turn for ever: the second time the ray is moved on, each time twice as
+ * far, because a surface that it grazes is only left after many roundings.
+ */
 static void follow(struct media *media, const struct bvh *bvh, struct ray ray, struct exits *exits)
 {
     const struct scene *scene = media->scene;
     uint32_t stack = MEDIUM_OUTSIDE;
+    struct recent recent = {.count = 0};
+    double step = 8 * UNIT_ROUNDOFF; /* twice as far as a point may be from its surface */
     for (uint32_t i = 0; i < FOLLOWED_HITS; i++) {
         struct hit hit;
         struct surface surface;
@@ -207,11 +233,17 @@ static void follow(struct media *media, const struct bvh *bvh, struct ray ray, s
         nearest(scene, bvh, &ray, 1, &hit, &exact);
         if (hit.primitive == PRIMITIVE_NONE) break;
         surface_at(scene, &ray, &hit, &surface);
-        if (primitive_kind(hit.primitive) != PRIMITIVE_PLANE && transmits(scene, hit.primitive))
-            note_crossing(media, &ray, &hit, &surface, &stack, exits);
         ray.origin = surface.point;
         ray.from = hit.primitive;
         ray.from_part = hit.part;
+        if (is_repeated(&recent, hit.primitive, vec_dot(ray.direction, surface.geometric) <= 0)) {
+            double distance = step * vec_largest(ray.origin);
+            ray.origin = vec_add_scaled(ray.origin, ray.direction, distance);
+            step *= 2;
+            continue;
+        }
+        if (primitive_kind(hit.primitive) != PRIMITIVE_PLANE && transmits(scene, hit.primitive))
+            note_crossing(media, &ray, &hit, &surface, &stack, exits);
     }
 }
 
