@@ -266,6 +266,23 @@ static struct vec3 point_of_cone(const struct cone *cone, uint64_t *random, doub
     return vec_add_scaled(vec_add_scaled(cone->base, w, s), *out, r * radius);
 }
 
+/* Where rounding has put the origin beside a solid, the ray leaves it at once, whatever the size of the scene. */
+static void test_leaving_at_once(void **state)
+{
+    (void)state;
+    for (int exponent = -300; exponent <= 300; exponent += 5) {
+        double size = ldexp(1, exponent);
+        struct cone cone = {.base = {size, 0, size}, .apex = {size, 0, 3 * size}, .capped = 1};
+        cone.base_radius = 2 * size;
+        cone.apex_radius = size / 2;
+        struct ray ray = {.origin = {3 * size, 0, size * (1 - 0x1p-53)},
+                          .direction = {-4 * size, 2 * size, -4 * size},
+                          .t_max = 1,
+                          .from_part = CONE_SIDE};
+        assert_true(cone_roots(&cone, &ray, true, true, &exact).t[1] > 0);
+    }
+}
+
 static void test_points_on_the_side(void **state)
 {
     (void)state;
@@ -438,6 +455,7 @@ int main(void)
         cmocka_unit_test(test_cone_side),
         cmocka_unit_test(test_cone_generator),
         cmocka_unit_test(test_leaving),
+        cmocka_unit_test(test_leaving_at_once),
         cmocka_unit_test(test_way_out_spans),
         cmocka_unit_test(test_leaving_a_cone_downwards),
         cmocka_unit_test(test_points_on_the_side),

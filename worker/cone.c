@@ -310,6 +310,8 @@ FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray 
     struct crossings found = NO_CROSSINGS;
     for (unsigned i = 0; i < 2; i++) {
         found.t[i] = ldexp(spans.t[i].high, it.length - it.speed);
+        if (spans.t[i].high > 0)
+            found.t[i] = fmax(found.t[i], DBL_TRUE_MIN); /* still ahead: see way_out() */
         found.part[i] = spans.part[i];
     }
     return found;
