@@ -275,6 +275,22 @@ static void test_eye_before_an_edge(void **state)
     free(scene);
 }
 
+/* An eye that looks exactly along a tangent of a ball is outside of it. */
+static void test_eye_along_a_tangent(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_sphere(builder, vec3(0, 1, -0.25), 0.5, add_glass(builder, 1.5, 0.9));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    struct vec3 ahead = vec_normalize(vec3(1, -2, 0));
+    assert_int_equal(media_at(media, bvh, vec3(-0.25, 1.5, 0.25), ahead), MEDIUM_OUTSIDE);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 /*
  * An eye within the last bit of an oblique plane is behind it exactly where a ray to its front meets it. The three
  * numbers are a sum of decimal fractions that is 0 but for their rounding.
@@ -464,6 +480,7 @@ int main(void)
         cmocka_unit_test(test_deep_nesting),
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_on_a_surface),
+        cmocka_unit_test(test_eye_along_a_tangent),
         cmocka_unit_test(test_eye_before_an_edge),
         cmocka_unit_test(test_eye_at_an_oblique_plane),
         cmocka_unit_test(test_eye_in_a_mesh),
