@@ -398,17 +398,6 @@ static void test_forecast_without_an_end(void **state)
                 low < seconds); /* as where both are off to the steep side */
 }
 
-/* If the error may be that of the goal already, the time is anything from now on. */
-static void test_forecast_of_what_may_be_reached(void **state)
-{
-    (void)state;
-    const struct error_point points[2] = {{1, 0.01 * exp2(FORECAST_SLOPE), 0.3}, {2, 0.01, 0.3}};
-    struct error_forecast forecast = error_forecast(points, 16, 0.0095);
-    double low, high;
-    assert_true(forecast.known && forecast_seconds(&forecast, 0.0095, &low, &high) > 2);
-    assert_true(low == 2 && high == HUGE_VAL);
-}
-
 static void test_no_forecast(void **state)
 {
     (void)state;
@@ -488,7 +477,6 @@ int main(void)
         cmocka_unit_test(test_slopes_are_usual_until_known),
         cmocka_unit_test(test_the_uncertain_error_is_moved),
         cmocka_unit_test(test_forecast_without_an_end),
-        cmocka_unit_test(test_forecast_of_what_may_be_reached),
         cmocka_unit_test(test_no_forecast),
         cmocka_unit_test(test_goals_are_round),
         cmocka_unit_test(test_csv),
