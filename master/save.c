@@ -495,8 +495,9 @@ struct save_kept save_keep(struct save *save)
 {
     struct save_kept kept = {0};
     end_thread(save);
+    kept.is_bare = save->waiting.count == 0 && journal_is_bare(save->journal);
     char *asked = copy_text(journal_path(save->journal));
-    if (!is_safe(save)) rescue(save);
+    if (!kept.is_bare && !is_safe(save)) rescue(save);
     /* Even if not everything could be written there. */
     kept.moved = strcmp(asked, journal_path(save->journal)) != 0;
     free(asked);
@@ -507,7 +508,6 @@ struct save_kept save_keep(struct save *save)
     kept.path = copy_text(journal_path(save->journal));
     const char *original = journal_original(save->journal);
     if (original) kept.original = copy_text(original);
-    kept.is_bare = !kept.lost && journal_is_bare(save->journal);
     if (kept.is_bare)
         journal_remove(save->journal);
     else

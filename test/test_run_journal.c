@@ -562,6 +562,17 @@ static void test_nothing_saved(void **state)
     assert_int_equal(access(PATH, F_OK), -1);
 }
 
+/* Nor does it look for another place, if the file is gone from its own. */
+static void test_nothing_to_rescue(void **state)
+{
+    struct run run;
+    run_open(&run, &by_tiles, false);
+    assert_true(open_journal(*state, &run));
+    save_start(run.save, TILES, PIXELS);
+    assert_int_equal(unlink(PATH), 0);
+    check_kept(&run, "farm: nothing is saved yet; to begin again: farm a.ini\n");
+}
+
 /* The command starts as many processes as there were, if mpiexec on this machine did. */
 static void test_command(void **state)
 {
@@ -578,12 +589,19 @@ static void test_command(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_journal),   cmocka_unit_test(test_nothing_found),
-        cmocka_unit_test(test_tiles),        cmocka_unit_test(test_again),
-        cmocka_unit_test(test_passes),       cmocka_unit_test(test_lattice),
-        cmocka_unit_test(test_not_opened),   cmocka_unit_test(test_no_room),
-        cmocka_unit_test(test_lost),         cmocka_unit_test(test_moved),
-        cmocka_unit_test(test_strange_name), cmocka_unit_test(test_nothing_saved),
+        cmocka_unit_test(test_no_journal),
+        cmocka_unit_test(test_nothing_found),
+        cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_again),
+        cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_not_opened),
+        cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_lost),
+        cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_strange_name),
+        cmocka_unit_test(test_nothing_saved),
+        cmocka_unit_test(test_nothing_to_rescue),
         cmocka_unit_test(test_command),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
