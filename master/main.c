@@ -385,7 +385,8 @@ static void occupy_standard_descriptors(void)
     if (nowhere >= 0) close(nowhere);
 }
 
-/* A launcher of another MPI starts as many farms as it was to start processes, each of which is alone. */
+/* A launcher of another MPI starts as many farms as it was to start processes, each of which is alone. So is the one
+ * that MPICH's mpiexec was asked for, also where the environment tells of another launcher. */
 static void warn_of_other_launcher(void)
 {
     static const char *const counts[] = {"OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"};
@@ -420,7 +421,7 @@ int main(int argc, char **argv)
     stop_unwatch_the_start();
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
-    if (run.processes == 1) warn_of_other_launcher();
+    if (run.processes == 1 && !stop_has_launcher()) warn_of_other_launcher();
     status = agree_on_status(run_rank(&run, rank));
     stop_watch_the_end(status);
     MPI_Finalize();

@@ -37,6 +37,11 @@ alone() { # SIZE MESSAGES: among so many processes of a launcher that MPICH does
 }
 check "a launcher of another MPI" alone 4 1
 check "which started one process" alone 1 0
+asked_for() { # one process of MPICH's own launcher, which another launcher has started
+    run 0 env SLURM_STEP_NUM_TASKS=4 "$MPIEXEC" -n 1 "$FARM" "$CONFIG/hello.ini" output.image="$T/h.png" \
+        image.width=8 image.height=8 && [ -z "$err" ]
+}
+check "one process that was asked for is no surprise" asked_for
 harmless() { # names of files write nothing else to the terminal
     name=$(printf 'a\033]0;b\007\302\233\351c\303\251') shown='a?]0;b????cé'
     run 0 farm_n 0 everything.ini image.width=8 image.height=6 "output.image=$name.png" \
