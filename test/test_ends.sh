@@ -5,8 +5,8 @@ SCENE=$DATA/everything.ini
 SLOW="image.width=1500 image.height=1500 sampling.samples=64"
 
 # stopped SIGNAL OVERRIDE...: a run on $n processes that is sent the signal while it renders, as soon as its journal, if
-# it has one, has more than a header. Sets status, and writes the messages to the file e. Background jobs of a script ignore SIGINT, and so does setsid's child; so the program is
-# started by env, which restores the default.
+# it has one, has more than a header. Sets status, and writes the messages to the file e. Background jobs of a script
+# ignore SIGINT, and so does setsid's child; so the program is started by env, which restores the default.
 stopped() {
     signal_sent=$1; shift
     farm_bg() {
@@ -17,7 +17,10 @@ stopped() {
     pid=$!
     sleep 1.5
     i=0
-    while [ $i -lt 100 ] && [ "$(stat -c %s everything.journal 2>/dev/null || echo 25)" -le 24 ]; do sleep 0.1; i=$((i + 1)); done
+    while [ $i -lt 100 ] && [ "$(stat -c %s everything.journal 2>/dev/null || echo 25)" -le 24 ]; do
+        sleep 0.1
+        i=$((i + 1))
+    done
     kill -"$signal_sent" $pid
     i=0
     while kill -0 $pid 2>/dev/null && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done

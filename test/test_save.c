@@ -474,8 +474,8 @@ static void test_space_is_given_back(void **state)
     blkcnt_t reserved = status_of(PATH).st_blocks;
     save_at(save, EDGE, 2 * EDGE);
     save_finish(save);
-    if (reserved * 512 < 2000 * 64) skip(); /* this file system reserves nothing */
-    assert_true(status_of(PATH).st_blocks < reserved / 4);
+    if (reserved * 512 >= 2000 * 64) /* else this file system reserves nothing */
+        assert_true(status_of(PATH).st_blocks < reserved / 4);
     keep(save);
     save = open_save(*state, &again, NULL);
     check_columns(&again, &whole, 0, WIDTH);
