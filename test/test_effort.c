@@ -9,11 +9,7 @@
 
 #include "master/allocation.h"
 #include "master/effort.h"
-
-static void assert_close(double value, double expected)
-{
-    if (!(fabs(value / expected - 1) <= 1e-12)) fail_msg("%.15g, not %.15g", value, expected);
-}
+#include "test/near.h"
 
 /* Levels of 4, 8, ... 64 samples, and one more of 100 when they are extended. */
 static struct levels some_levels(bool extended)
@@ -32,13 +28,13 @@ static void test_effort_between_levels(void **state)
     struct effort effort;
     struct levels levels = some_levels(false);
     effort_init(&effort, &levels);
-    assert_close(effort_between(&effort, 0, 1), pow(4, EFFORT_POWER));
-    assert_close(effort_between(&effort, 1, 2), pow(4, EFFORT_POWER));
-    assert_close(effort_between(&effort, 2, 5), pow(56, EFFORT_POWER));
+    assert_close(effort_between(&effort, 0, 1), pow(4, EFFORT_POWER), 1e-12);
+    assert_close(effort_between(&effort, 1, 2), pow(4, EFFORT_POWER), 1e-12);
+    assert_close(effort_between(&effort, 2, 5), pow(56, EFFORT_POWER), 1e-12);
     levels = some_levels(true);
     effort_set_levels(&effort, &levels);
-    assert_close(effort_between(&effort, 5, 6), pow(36, EFFORT_POWER));
-    assert_close(effort_between(&effort, 0, LEVEL_MAX), pow(100, EFFORT_POWER));
+    assert_close(effort_between(&effort, 5, 6), pow(36, EFFORT_POWER), 1e-12);
+    assert_close(effort_between(&effort, 0, LEVEL_MAX), pow(100, EFFORT_POWER), 1e-12);
 }
 
 /* Until later samples have been measured they are taken to cost 1.26 times as much per effort as first ones; when they
@@ -53,15 +49,15 @@ static void test_seconds_of_later_samples(void **state)
     double unit = effort_between(&effort, 0, 1); /* 4 samples, here as between levels 1 and 2 */
     effort_add(&effort, 0, 1, 10);
     effort_add_seconds(&effort, true, 50 * unit);
-    assert_close(effort_seconds_per_unit(&effort), 1.26 * 5);
+    assert_close(effort_seconds_per_unit(&effort), 1.26 * 5, 1e-12);
     effort_add(&effort, 1, 2, 2);
     effort_add_seconds(&effort, false, 4 * unit);
-    assert_close(effort_seconds_per_unit(&effort), (1.26 * 5 + 2) / 2);
+    assert_close(effort_seconds_per_unit(&effort), (1.26 * 5 + 2) / 2, 1e-12);
     effort_add(&effort, 1, 2, 1e15);
     effort_add_seconds(&effort, false, 3e15 * unit);
-    assert_close(effort_seconds_per_unit(&effort), 3);
-    assert_close(effort_first_seconds(&effort), 50 * unit);
-    assert_close(effort_later_seconds(&effort), (4 + 3e15) * unit);
+    assert_close(effort_seconds_per_unit(&effort), 3, 1e-12);
+    assert_close(effort_first_seconds(&effort), 50 * unit, 1e-12);
+    assert_close(effort_later_seconds(&effort), (4 + 3e15) * unit, 1e-12);
 }
 
 int main(void)
