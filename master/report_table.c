@@ -256,13 +256,13 @@ static void put_estimate(struct table *table, const struct error_estimate *estim
             figure_digits(estimate->high, digits).text);
 }
 
-/* "and 10.0 s of an earlier run (20.0 s of CPU time on 2 cores)": on as many as work at a time in this run. */
+/* "and 10.0 s of an earlier run (20.0 s of CPU time, divided by 2 cores)": by as many as work at a time in this run. */
 static void put_earlier(struct table *table, const struct resumed *earlier)
 {
     double cores = round(earlier->cpu_s / earlier->render_s);
     flow_on(table, "and %.1f s of an earlier run", earlier->render_s);
     if (cores > 1)
-        flow_on(table, "(%.1f s of CPU time on %.0f cores)", earlier->cpu_s, cores);
+        flow_on(table, "(%.1f s of CPU time, divided by %.0f cores)", earlier->cpu_s, cores);
     else
         flow_on(table, "(%.1f s of CPU time)", earlier->cpu_s);
 }

@@ -235,7 +235,7 @@ static void test_table_error_of_two_runs(void **state)
     report.resumed.cpu_s = 20;
     assert_table_has(
         &report,
-        " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time on 2 cores)\n"
+        " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, divided by 2 cores)\n"
         "  RMSE 0.000090 against the reference\nan RMSE of 0.00002 would take about 289 s (");
     row.true_rmse = 0.2;
     assert_table_has(&report, "\n  RMSE 0.20 against the reference (is it of this view?)\n");
