@@ -760,6 +760,32 @@ static void test_many_lights_make_short_waves(void **state)
     assert_int_equal(waves_with((1u << 17) - 1), 29); /* of 9 samples */
 }
 
+/* Rays of one column of pixels exactly touch a rod of glass: they neither enter nor leave it, and all light comes out
+ * into a sky of 1. */
+static void test_touched_glass(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    const double iors[] = {0.8, 1, 1.5};
+    struct view view = small_view(32);
+    view.region_w = view.region_h = SIZE;
+    view.camera.forward.x = 1.0 / 64; /* the offset of the column */
+    view.background_bottom = view.background_top = vec3(1, 1, 1);
+    for (unsigned k = 0; k < 6; k++) {
+        uint32_t index;
+        struct builder *builder = builder_create();
+        struct material glass = {.color = {1, 1, 1}, .reflection = 0.15, .transmission = 0.85};
+        glass.ior = iors[k / 2];
+        must(builder_add_material(builder, &glass, &index));
+        struct cone rod = {{1, -3, 0}, {1, 3, k % 2}, 1, 1, index, 1};
+        must(builder_add_cone(builder, &rod));
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+        for (uint32_t i = 0; i < SIZE * SIZE * 3; i++)
+            assert_true(fabs(1 - (double)picture.rgb[i]) <= picture.counts.truncation + 0x1p-20);
+    }
+}
+
 /* The stacks of media that 4096 rays through 64 balls leave behind, which overlap and are left in another order than
  * entered. A task of a million samples must not take more memory than one of a few waves. */
 static void test_media_are_forgotten_between_waves(void **state)
@@ -800,6 +826,7 @@ int main(void)
         cmocka_unit_test(test_edges_do_not_leak),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
+        cmocka_unit_test(test_touched_glass),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
         cmocka_unit_test(test_bad_in_a_mirror),

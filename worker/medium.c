@@ -185,10 +185,6 @@ struct exits {
     struct medium media[EXITS_MAX];
 };
 
-/* A line that touches a round solid enters and leaves it at one point, where its cosine with the normal is 0 but for
- * rounding: on a solid's surface no more than a few unit roundoffs. */
-#define GRAZING (16 * UNIT_ROUNDOFF)
-
 static void note_crossing(struct media *media, const struct ray *ray, const struct hit *hit,
                           const struct surface *surface, uint32_t *stack, struct exits *exits)
 {
@@ -196,7 +192,7 @@ static void note_crossing(struct media *media, const struct ray *ray, const stru
     bool entering = cosine <= 0;
     struct crossing_media crossing = media_cross(media, *stack, hit->primitive, entering);
     *stack = crossing.stack;
-    if (crossing.unmatched && cosine > GRAZING && exits->count < EXITS_MAX)
+    if (crossing.unmatched && !entering && !is_grazing(cosine) && exits->count < EXITS_MAX)
         exits->media[exits->count++] = medium_of(media->scene, hit->primitive);
 }
 

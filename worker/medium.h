@@ -23,6 +23,7 @@
 
 #include "common/scene.h"
 #include "worker/bvh.h"
+#include "worker/exact.h"
 
 /* All stacks that have occurred so far; for one thread. */
 struct media;
@@ -54,6 +55,15 @@ struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t 
 
 /* The same from the side alone, as if nothing were around the object, as in the paper. */
 struct crossing_media media_by_side(const struct scene *scene, uint32_t primitive, bool entering);
+
+/*
+ * Whether a ray at this cosine with the normal of a round solid only touches it. A line that does enters and leaves it
+ * at one point, where the cosine is 0 but for rounding: on a solid's surface no more than a few unit roundoffs.
+ */
+static inline bool is_grazing(double cosine)
+{
+    return fabs(cosine) <= 16 * UNIT_ROUNDOFF;
+}
 
 /*
  * The stack at a point that no ray has come to, such as the eye. The point is inside an object if the ray in the

@@ -86,7 +86,30 @@ static struct crossing_media cross_surface(struct renderer *renderer, uint32_t p
     return media_cross(renderer->media, renderer->branches[slot].media, primitive, entering);
 }
 
-/* Refracted rays; with total internal reflection their share goes to the mirror ray. */
+/* The share of light that passes the surface. */
+static struct vec3 passed_share(const struct points *points, uint32_t point)
+{
+    const struct material *material = points->material[point];
+    return vec_scale(material->color, material->transmission);
+}
+
+/*
+ * Whether the ray only touches a round solid, in one point. It has neither entered nor left it, though by rounding it
+ * may seem to do either. Where light refracts on its way in there is no need to know: it goes deep into the solid.
+ */
+static bool is_touch(const struct renderer *renderer, uint32_t point,
+                     const struct crossing_media *crossing)
+{
+    const struct points *points = &renderer->points;
+    bool entering = points->entering[point] != 0;
+    if (!crossing->unmatched && !(entering && crossing->from == crossing->to)) return false;
+    return renderer->scene->view.formulas == FORMULAS_EXACT &&
+           primitive_is_solid(renderer->scene, renderer->hits[points->slot[point]].primitive) &&
+           is_grazing(vec_dot(lane(&points->view, point), lane(&points->geometric, point)));
+}
+
+/* Refracted rays; with total internal reflection their share goes to the mirror ray. So it does where a ray touches a
+ * solid: the mirror ray goes straight on, too. */
 static void spawn_refracted(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
@@ -95,6 +118,10 @@ static void spawn_refracted(struct renderer *renderer)
     for (uint32_t i = 0; i < points->count; i++) {
         if (!(points->material[i]->transmission > 0)) continue;
         struct crossing_media crossing = cross_surface(renderer, i);
+        if (is_touch(renderer, i, &crossing)) {
+            renderer->mirrored[i] = vec_add(renderer->mirrored[i], passed_share(points, i));
+            continue;
+        }
         if (crossing.unmatched && !is_bounding(renderer, points->slot[i]))
             renderer->counts.unmatched_media++;
         uint32_t k = secondary->count++;
@@ -106,8 +133,7 @@ static void spawn_refracted(struct renderer *renderer)
     points_refract(points, secondary);
     for (uint32_t k = 0; k < secondary->count; k++) {
         uint32_t i = secondary->point[k];
-        const struct material *material = points->material[i];
-        struct vec3 passed = vec_scale(material->color, material->transmission);
+        struct vec3 passed = passed_share(points, i);
         if (secondary->passes[k] != 0)
             spawn(renderer, i, lane(&secondary->direction, k), passed, RAY_REFRACTION,
                   renderer->behind[k]);
