@@ -234,7 +234,13 @@ static void test_eye_on_a_surface(void **state)
         assert_int_equal(media_at(media, bvh, on_ball, out), MEDIUM_OUTSIDE);
         assert_false(media_cross(media, in_box, primitive_id(PRIMITIVE_BOX, 0), false).unmatched);
         assert_false(media_cross(media, in_ball, sphere(0), false).unmatched);
+        assert_true(media_meet_at(media, bvh, out) && media_meet_at(media, bvh, on_ball));
+        assert_false(media_meet_at(media, bvh, vec_scale(out, 1 - 0x1p-53)));
+        assert_false(media_meet_at(media, bvh, vec_scale(out, 1 + 0x1p-52)));
     }
+    assert_true(media_meet_at(media, bvh, vec3(-1, 1, -1)));
+    assert_true(media_meet_at(media, bvh, vec3(3, -5, 0)));
+    assert_false(media_meet_at(media, bvh, vec3(3, -5 + 0x1p-50, 0)));
     assert_int_equal(media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, 0.6, 0)), MEDIUM_OUTSIDE);
     uint32_t below = media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, -0.6, 0));
     assert_false(media_cross(media, below, primitive_id(PRIMITIVE_PLANE, 0), false).unmatched);

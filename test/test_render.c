@@ -786,6 +786,31 @@ static void test_touched_glass(void **state)
     }
 }
 
+/* An eye exactly on the surface of glass, along which it looks: half of its rays go into the glass and come out again,
+ * the other half never were in it. */
+static void test_eye_along_a_surface(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    for (unsigned k = 0; k < 4; k++) {
+        struct builder *builder = builder_create();
+        uint32_t glass = material(builder, 0.1, 0.8);
+        struct box block = {{0, -1, -1}, {3, k == 1 ? 0 : 1, 9}, glass, 0};
+        struct cone rod = {{0, 0, 6}, {3, 0, 6}, 1, 1, glass, 1};
+        if (k < 2)
+            must(builder_add_box(builder, &block));
+        else if (k == 2)
+            must(builder_add_cone(builder, &rod));
+        else
+            add_sphere(builder, 1, 0, 6, 1, glass);
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+        uint32_t half = SIZE * SIZE / 2;
+        assert_int_equal(picture.counts.primary_hits, k == 1 ? half / 2 : half);
+    }
+}
+
 /* The stacks of media that 4096 rays through 64 balls leave behind, which overlap and are left in another order than
  * entered. A task of a million samples must not take more memory than one of a few waves. */
 static void test_media_are_forgotten_between_waves(void **state)
@@ -827,6 +852,7 @@ int main(void)
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_touched_glass),
+        cmocka_unit_test(test_eye_along_a_surface),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
         cmocka_unit_test(test_bad_in_a_mirror),

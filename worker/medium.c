@@ -248,6 +248,19 @@ static void follow(struct media *media, const struct bvh *bvh, struct ray ray, s
     }
 }
 
+/* Far from each other and from directions that are common in scenes. With their opposites they go to all octants. */
+static const struct vec3 uncommon[DIRECTIONS - 1] = {
+    {0.48, 0.61, 0.63}, {-0.59, -0.65, 0.48}, {0.66, -0.47, -0.58}, {-0.51, 0.53, -0.67}};
+
+static void find_exits(struct media *media, const struct bvh *bvh, struct vec3 point,
+                       struct vec3 direction, struct exits *exits)
+{
+    struct ray ray = {
+        .origin = point, .direction = direction, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+    exits->count = 0;
+    follow(media, bvh, ray, exits);
+}
+
 /* Occurrences of the medium in exits->media, from index `first` on. */
 static uint32_t count_of(const struct exits *exits, uint32_t first, const struct medium *medium)
 {
@@ -277,11 +290,15 @@ static int dot_sign(struct dd3 a, struct dd3 b)
 }
 
 /* Decided without rounding, because the kernel decides so whether a ray from the point meets the plane. */
+static int side_of(const struct plane *plane, struct vec3 point)
+{
+    return dot_sign(exact_difference3(point, plane->point), dd3_of(plane->normal));
+}
+
 static bool is_behind(const struct plane *plane, struct vec3 point, struct vec3 ahead)
 {
-    struct dd3 normal = dd3_of(plane->normal);
-    int side = dot_sign(exact_difference3(point, plane->point), normal);
-    return side < 0 || (side == 0 && dot_sign(dd3_of(ahead), normal) < 0);
+    int side = side_of(plane, point);
+    return side < 0 || (side == 0 && dot_sign(dd3_of(ahead), dd3_of(plane->normal)) < 0);
 }
 
 static uint32_t planes_around(struct media *media, struct vec3 point, struct vec3 ahead)
@@ -298,21 +315,40 @@ static uint32_t planes_around(struct media *media, struct vec3 point, struct vec
 
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead)
 {
-    /* All but the first are far from each other and from directions that are common in scenes. */
-    const struct vec3 directions[DIRECTIONS] = {ahead,
-                                                {0.48, 0.61, 0.63},
-                                                {-0.59, -0.65, 0.48},
-                                                {0.66, -0.47, -0.58},
-                                                {-0.51, 0.53, -0.67}};
-    static const struct exits none;
-    struct exits exits[DIRECTIONS] = {none, none, none, none, none};
-    for (int p = 0; p < DIRECTIONS; p++) {
-        struct ray ray = {
-            .origin = point, .direction = directions[p], .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
-        follow(media, bvh, ray, &exits[p]);
-    }
+    struct exits exits[DIRECTIONS];
+    find_exits(media, bvh, point, ahead, &exits[0]);
+    for (int p = 1; p < DIRECTIONS; p++)
+        find_exits(media, bvh, point, uncommon[p - 1], &exits[p]);
     uint32_t stack = planes_around(media, point, ahead);
     for (uint32_t i = exits[0].count; i-- > 0;)
         if (agreed(exits, i)) stack = push(media, stack, exits[0].media[i]);
     return stack;
+}
+
+/* Whether b has all solids of a. */
+static bool has_solids_of(const struct exits *b, const struct exits *a)
+{
+    for (uint32_t i = 0; i < a->count; i++)
+        if (a->media[i].object != PRIMITIVE_NONE && count_of(b, 0, &a->media[i]) == 0) return false;
+    return true;
+}
+
+static bool is_on_plane(const struct scene *scene, struct vec3 point)
+{
+    const struct plane *planes = scene_planes(scene);
+    for (uint32_t i = 0; i < scene->primitives[PRIMITIVE_PLANE].count; i++)
+        if (transmits(scene, primitive_id(PRIMITIVE_PLANE, i)) && side_of(&planes[i], point) == 0)
+            return true;
+    return false;
+}
+
+bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point)
+{
+    struct exits there, back;
+    for (int p = 0; p < DIRECTIONS - 1; p++) {
+        find_exits(media, bvh, point, uncommon[p], &there);
+        find_exits(media, bvh, point, vec_neg(uncommon[p]), &back);
+        if (!has_solids_of(&there, &back) || !has_solids_of(&back, &there)) return true;
+    }
+    return is_on_plane(media->scene, point);
 }

@@ -74,4 +74,11 @@ static inline bool is_grazing(double cosine)
  */
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead);
 
+/*
+ * Whether the point is exactly on the surface of a solid or on a plane that transmits light, so that its media depend
+ * on the direction. A ray from inside a convex solid leaves it, and so does the opposite one; from its surface no more
+ * than one of the two does.
+ */
+bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point);
+
 #endif

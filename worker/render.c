@@ -37,6 +37,7 @@ static void begin_media(struct renderer *renderer)
     if (!refracts || scene->view.formulas == FORMULAS_PAPER) return;
     const struct camera *camera = &scene->view.camera;
     renderer->eye_media = media_at(renderer->media, renderer->bvh, camera->eye, camera->forward);
+    renderer->eye_on_surface = media_meet_at(renderer->media, renderer->bvh, camera->eye);
 }
 
 /* Whether every sample is one ray. */
@@ -280,6 +281,16 @@ static INLINED uint32_t wave_of(const struct renderer *renderer)
  * need. */
 #define MEDIA_KEPT 65536u
 
+/* For an eye on the surface of glass: each of the first rays is on the side that it goes to. */
+static void find_first_media(struct renderer *renderer, uint32_t count)
+{
+    for (uint32_t p = 0; p < count; p++) {
+        const struct ray *ray = &renderer->rays[p];
+        renderer->branches[p].media =
+            media_at(renderer->media, renderer->bvh, ray->origin, ray->direction);
+    }
+}
+
 /*
  * Starts the first wave of the next samples. They are neighbours; their secondary rays stay together as well,
  * as long as no others join them.
@@ -298,6 +309,7 @@ static INLINED void start_samples(struct renderer *renderer, bool primary_only)
         cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, count, renderer->rays);
+    if (!primary_only && renderer->eye_on_surface) find_first_media(renderer, count);
     progress->started += count;
     renderer->counts.rays[RAY_PRIMARY] += count;
     renderer->count = count;

@@ -64,7 +64,8 @@ struct renderer {
     uint64_t ray_budget; /* of each sample */
     bool primary_only;   /* nothing reflects or refracts */
     struct media *media;
-    uint32_t eye_media; /* the stack that the eye is in */
+    uint32_t eye_media;  /* the stack that the eye is in */
+    bool eye_on_surface; /* it depends on the direction of the ray */
     struct progress progress;
     /* For tasks in which only some pixels get samples; room for the largest one so far; owned. */
     struct refinement *refinements; /* in the order in which pixels are rendered */
