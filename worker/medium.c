@@ -196,7 +196,8 @@ static void note_crossing(struct media *media, const struct ray *ray, const stru
         exits->media[exits->count++] = medium_of(media->scene, hit->primitive);
 }
 
-/* The latest crossings of a ray, in a ring. */
+/* The latest crossings of a ray, in a ring: four surfaces that meet in one point, each entered and left. Where more of
+ * them do, FOLLOWED_HITS ends the ray. */
 #define RECENT 8
 struct recent {
     uint32_t count;
