@@ -16,7 +16,7 @@ static const double line_s = 5;     /* a log of an hour's rendering stays readab
 static const double smooth_s = 3;
 static const double smooth_part = 0.25;
 
-enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
+enum { LINE_SIZE = 256, SHARE_WIDTH = sizeof "100 %" - 1, BAR_MIN = 10, BAR_MAX = 40 };
 
 static bool draws_bar(const struct progress *progress)
 {
@@ -135,7 +135,7 @@ static void make_fields(struct fields *fields, const struct progress *progress,
 static int fitting_fields(const struct fields *fields, int room, int *used)
 {
     int count = 0;
-    *used = 4 + 3 + BAR_MIN; /* "100%" and " [...]" */
+    *used = SHARE_WIDTH + 3 + BAR_MIN; /* 3 for " [...]" */
     for (; count < FIELDS; count++) {
         int length = 2 + (int)strlen(fields->text[count]);
         if (*used + length > room) break;
@@ -160,8 +160,8 @@ static void make_line(char *line, const struct fields *fields, double share, int
 {
     int room = columns - 1, used;
     line[0] = '\0';
-    if (room < 4) return;
-    snprintf(line, LINE_SIZE, "%3d%%", (int)(100 * share));
+    if (room < SHARE_WIDTH) return;
+    snprintf(line, LINE_SIZE, "%3d %%", (int)(100 * share));
     int count = fitting_fields(fields, room, &used);
     if (used > room) return;
     int spare = room - used;
@@ -192,7 +192,7 @@ static void print_line(const struct progress *progress, const struct progress_st
     struct pass_name pass = pass_name(state);
     const char *join = !pass.text[0] ? "" : state->only_limit ? ", " : " of ";
     flockfile(stderr);
-    fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
+    fprintf(progress->out, "farm: %d %%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
             (int)(100 * progress->share), join, pass.text, state->tiles_done - state->tiles_before,
             state->tiles - state->tiles_before, figure_count((double)state->rays / elapsed).text,
             figure_span(progress->before + elapsed).text);

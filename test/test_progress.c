@@ -146,7 +146,7 @@ static void test_bar(void **state)
     progress_start(&progress, screen.out, 100, 0);
     progress_update(&progress, &half, 110);
     assert_string_equal(screen_read(&screen),
-                        "\r 50% [####################--------------------]   0:10 left"
+                        "\r 50 % [####################--------------------]   0:10 left"
                         "   7/12 tiles    2.5M rays/s   0:10\033[K");
     progress_end(&progress);
     assert_string_equal(screen_read(&screen), "\r\033[K");
@@ -185,9 +185,9 @@ static void test_bar_fits(void **state)
         assert_int_equal(text[0], '\r');
         assert_non_null(end);
         assert_true(end - text - 1 < columns);
-        assert_int_equal(strstr(text, " 50%") != NULL, columns >= 5);
-        assert_int_equal(strstr(text, " [") != NULL, columns >= 18);
-        assert_int_equal(strstr(text, "left") != NULL, columns >= 30);
+        assert_int_equal(strstr(text, " 50 %") != NULL, columns >= 6);
+        assert_int_equal(strstr(text, " [") != NULL, columns >= 19);
+        assert_int_equal(strstr(text, "left") != NULL, columns >= 31);
     }
     progress_end(&progress);
     screen_close(&screen);
@@ -231,11 +231,11 @@ static void test_message_between(void **state)
     progress_start(&progress, screen.out, 0, 0);
     assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
     progress_update(&progress, &half, 1);
-    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
     assert_string_equal(screen_warn(&screen), "\r\033[Kfarm: warning: odd\n");
     assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
     progress_update(&progress, &half, 2);
-    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
     progress_end(&progress);
     assert_string_equal(screen_read(&screen), "\r\033[K");
     assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
@@ -338,15 +338,15 @@ static void test_beyond_the_end(void **state)
     static struct screen screen;
     screen_open(&screen, 80);
     assert_non_null(
-        strstr(shown(&screen, (struct progress_state){.share_done = 1.5}), "\r100% [#"));
+        strstr(shown(&screen, (struct progress_state){.share_done = 1.5}), "\r100 % [#"));
     struct progress_state late = {.limit = 0.5, .ends = 0.5, .only_limit = true};
-    assert_non_null(strstr(shown(&screen, late), "\r100% [#"));
+    assert_non_null(strstr(shown(&screen, late), "\r100 % [#"));
     assert_non_null(strstr(shown(&screen, late), " 0:00 left"));
     late.ends = 2; /* of a limit that has been extended */
-    assert_non_null(strstr(shown(&screen, late), "\r  0% [-"));
+    assert_non_null(strstr(shown(&screen, late), "\r  0 % [-"));
     /* A pass that begins when all is done */
     assert_non_null(
-        strstr(shown(&screen, (struct progress_state){.share_done = 1, .pass = 2}), "\r100% [#"));
+        strstr(shown(&screen, (struct progress_state){.share_done = 1, .pass = 2}), "\r100 % [#"));
     screen_close(&screen);
 }
 
@@ -371,13 +371,13 @@ static void test_never_backwards(void **state)
     screen_open(&screen, 80);
     progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
     now.share_done = 0.4;
     progress_update(&progress, &now, 2);
-    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
     now.pass = 1;
     progress_update(&progress, &now, 3);
-    assert_non_null(strstr(screen_read(&screen), " 40% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 40 % [#"));
     progress_end(&progress);
     screen_close(&screen);
 }
@@ -393,23 +393,23 @@ static void test_share_of_a_pass(void **state)
     progress_start(&progress, screen.out, 0, 0);
     now.pass = 1;
     progress_update(&progress, &now, 10);
-    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
     now.pass = 2, now.share_done = 0.8; /* of more than before */
     progress_update(&progress, &now, 10.01);
     assert_string_equal(screen_read(&screen), "");
     progress_update(&progress, &now, 20);
-    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
     now.share_done = 0.75;
     progress_update(&progress, &now, 21);
-    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
     now.share_done = 0.9;
     progress_update(&progress, &now, 40);
     const char *line = screen_read(&screen);
-    assert_non_null(strstr(line, " 50% [#"));
+    assert_non_null(strstr(line, " 50 % [#"));
     assert_non_null(strstr(line, "0:04 left  pass 2"));
     now.share_done = 1;
     progress_update(&progress, &now, 41);
-    assert_non_null(strstr(screen_read(&screen), "100% [#"));
+    assert_non_null(strstr(screen_read(&screen), "100 % [#"));
     progress_end(&progress);
     screen_close(&screen);
 }
@@ -429,16 +429,16 @@ static void test_limit(void **state)
     now.share_done = half.share_done;
     progress_update(&progress, &now, 6);
     const char *line = screen_read(&screen);
-    assert_non_null(strstr(line, " 50% [#"));
+    assert_non_null(strstr(line, " 50 % [#"));
     assert_non_null(strstr(line, "0:03 left  pass 3  7/12 tiles"));
     now.only_limit = true;
     progress_update(&progress, &now, 7);
     line = screen_read(&screen);
-    assert_non_null(strstr(line, " 80% [#"));
+    assert_non_null(strstr(line, " 80 % [#"));
     assert_non_null(strstr(line, "0:02 left"));
     now.pass = 4, now.share_done = 1;
     progress_update(&progress, &now, 8);
-    assert_non_null(strstr(screen_read(&screen), " 90% [#"));
+    assert_non_null(strstr(screen_read(&screen), " 90 % [#"));
     progress_end(&progress);
     screen_close(&screen);
 }
@@ -452,11 +452,11 @@ static void test_strange_states(void **state)
     screen_open(&screen, 80);
     progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
     now = (struct progress_state){10,       20,         UINT32_MAX, UINT32_MAX, 0,
                                   UINT_MAX, UINT64_MAX, -1,         HUGE_VAL,   true};
     progress_update(&progress, &now, 2);
-    assert_non_null(strstr(screen_read(&screen), "100% [#"));
+    assert_non_null(strstr(screen_read(&screen), "100 % [#"));
     progress_end(&progress);
     screen_close(&screen);
 }
@@ -482,10 +482,10 @@ static void test_lines(void **state)
     rewind(out);
     assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
     assert_string_equal(
-        lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
-               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:09 left\n"
-               "farm: 50% of pass 2, 1 of 6 tiles, 1.2M rays/s, 0:20 elapsed, 0:06 left\n"
-               "farm: 60%, pass 2, 1 of 6 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
+        lines, "farm: 50 %, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
+               "farm: 50 %, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:09 left\n"
+               "farm: 50 % of pass 2, 1 of 6 tiles, 1.2M rays/s, 0:20 elapsed, 0:06 left\n"
+               "farm: 60 %, pass 2, 1 of 6 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
     fclose(out);
 }
 
@@ -503,7 +503,7 @@ static void test_elapsed_before(void **state)
     char lines[200] = {0};
     rewind(out);
     assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
-    assert_string_equal(lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:17 elapsed, 0:05 left\n");
+    assert_string_equal(lines, "farm: 50 %, 7 of 12 tiles, 5.0M rays/s, 0:17 elapsed, 0:05 left\n");
     fclose(out);
     screen_open(&screen, 100);
     progress_start(&progress, screen.out, 0, 12);
