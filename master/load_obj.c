@@ -3,10 +3,13 @@
  * statements are skipped with one warning. As files can be large, they are parsed in place, and no memory is allocated
  * for single lines.
  */
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "common/message.h"
 #include "master/faces.h"
@@ -294,6 +297,10 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
     }
     if (!may_read(obj->part->loader, path, obj->mesh->root)) {
         user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
+        return false;
+    }
+    if (faccessat(AT_FDCWD, path, R_OK, AT_EACCESS) != 0) {
+        user_error(obj->mesh->path, obj->scan.line, "cannot open %s: %s", path, strerror(errno));
         return false;
     }
     /* The resolved path, so that another path to the same file is recognised. */

@@ -3,6 +3,7 @@
 #include "test/scratch.h"
 
 #include <math.h>
+#include <sys/stat.h>
 
 #define INI           "[light]\nposition = 1 2 3\n[mesh m]\nfile = mesh.obj\n"
 #define SQUARE        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -316,6 +317,21 @@ static void test_missing_library(void **state)
             "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a share "
             "from "
             "0 to 1");
+}
+
+/* One that may not be read: root, who may read all, takes another user's rights meanwhile. */
+static void test_closed_library(void **state)
+{
+    uid_t user = geteuid();
+    write_text("closed.mtl", "newmtl red\n");
+    write_text("scene.ini", INI);
+    write_text("mesh.obj", SQUARE "mtllib closed.mtl\n");
+    assert_int_equal(chmod("closed.mtl", 0), 0);
+    assert_int_equal(chmod(".", 0755), 0);
+    if (user == 0) assert_int_equal(seteuid(65534), 0);
+    scratch_refused(*state, "scene.ini", NULL,
+                    "mesh.obj:5: cannot open closed.mtl: Permission denied");
+    assert_int_equal(seteuid(user), 0);
 }
 
 /* A '#' may begin the name of a library. After other words it begins a comment, unless a file has that name. */
@@ -826,6 +842,7 @@ int main(void)
         cmocka_unit_test(test_keys_in_another_case),
         cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
+        cmocka_unit_test(test_closed_library),
         cmocka_unit_test(test_comment_behind_a_library),
         cmocka_unit_test(test_legal_forms_of_materials),
         cmocka_unit_test(test_index_of_refraction_of_0),
