@@ -152,7 +152,8 @@ bool keep_run_journal(struct run *run, const char *then)
     const char *way = plainly ? "" : ", start it in the same way";
     /* Not user_note(), which would replace a newline between quotes and so change the command. */
     if (kept.is_bare)
-        fprintf(stderr, "farm: nothing is saved yet; to begin again%s: %s\n", way, command);
+        fprintf(stderr, "farm: nothing is saved%s; to begin again%s: %s\n", kept.lost ? "" : " yet",
+                way, command);
     else
         fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place,
                 kept.lost ? "to go on" : then, way, command);

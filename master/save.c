@@ -495,11 +495,12 @@ struct save_kept save_keep(struct save *save)
 {
     struct save_kept kept = {0};
     end_thread(save);
-    kept.is_bare = save->waiting.count == 0 && journal_is_bare(save->journal);
     char *asked = copy_text(journal_path(save->journal));
-    if (!kept.is_bare && !is_safe(save)) rescue(save);
+    bool nothing = save->waiting.count == 0 && journal_is_bare(save->journal);
+    if (!nothing && !is_safe(save)) rescue(save);
     /* Even if not everything could be written there. */
     kept.moved = strcmp(asked, journal_path(save->journal)) != 0;
+    kept.is_bare = !kept.moved && journal_is_bare(save->journal);
     free(asked);
     for (size_t i = 0; i < save->waiting.count; i++)
         kept.lost_s += save->waiting.items[i].seconds;

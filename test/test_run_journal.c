@@ -492,6 +492,25 @@ static void test_lost(void **state)
     }
 }
 
+/* Where that is so of all tiles, no journal is left. */
+static void test_all_lost(void **state)
+{
+    struct run run;
+    run_open(&run, &by_tiles, false);
+    assert_true(open_journal(*state, &run));
+    save_start(run.save, TILES, PIXELS);
+    full_everywhere = true;
+    const struct tile tile = tile_at(0, EDGE, 0);
+    const struct result_header header = result_of(tile_pixels(&tile));
+    save_tile(run.save, &tile, &header);
+    char *text = keep(&run, true);
+    assert_has(text, "\nfarm: 1 finished tile (2.0 s of rendering) could be saved nowhere\n"
+                     "farm: nothing is saved; to begin again: farm a.ini\n");
+    assert_int_equal(access(PATH, F_OK), -1);
+    free(text);
+    empty_disk(&run);
+}
+
 /* The command names the place that the journal was moved to. Where the original could not be removed, it is named,
  * too. */
 static void test_moved(void **state)
@@ -589,19 +608,13 @@ static void test_command(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_journal),
-        cmocka_unit_test(test_nothing_found),
-        cmocka_unit_test(test_tiles),
-        cmocka_unit_test(test_again),
-        cmocka_unit_test(test_passes),
-        cmocka_unit_test(test_lattice),
-        cmocka_unit_test(test_not_opened),
-        cmocka_unit_test(test_no_room),
-        cmocka_unit_test(test_lost),
-        cmocka_unit_test(test_moved),
-        cmocka_unit_test(test_strange_name),
-        cmocka_unit_test(test_nothing_saved),
-        cmocka_unit_test(test_nothing_to_rescue),
+        cmocka_unit_test(test_no_journal),    cmocka_unit_test(test_nothing_found),
+        cmocka_unit_test(test_tiles),         cmocka_unit_test(test_again),
+        cmocka_unit_test(test_passes),        cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_not_opened),    cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_lost),          cmocka_unit_test(test_all_lost),
+        cmocka_unit_test(test_moved),         cmocka_unit_test(test_strange_name),
+        cmocka_unit_test(test_nothing_saved), cmocka_unit_test(test_nothing_to_rescue),
         cmocka_unit_test(test_command),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
