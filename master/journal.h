@@ -109,6 +109,9 @@ void journal_give_back(struct journal *journal);
  */
 bool journal_append(struct journal *journal, const struct journal_record *record);
 
+/* From now on failures are not reported: rendering has ended, and the caller tells what is lost, if it matters. */
+void journal_hush(struct journal *journal);
+
 /*
  * To be called now and then with clock_wall(): syncs what was appended to disk, when it is time. Syncing never
  * takes more than JOURNAL_SYNC_SHARE of the time, so that a slow disk is synced less often.

@@ -432,6 +432,7 @@ void save_finish(struct save *save)
     if (!save) return;
     end_thread(save);
     if (save->reserve) return; /* a short run, which has written nothing */
+    journal_hush(save->journal);
     if (write_waiting(save)) journal_give_back(save->journal);
 }
 

@@ -484,6 +484,29 @@ static void test_space_is_given_back(void **state)
     canvas_free(&again);
 }
 
+/* On a full disk the end of a run warns of nothing: the picture may be written all the same. */
+static void test_full_at_the_end(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole;
+    struct rlimit before;
+    fill(&whole);
+    struct save *save = open_save(s, &whole, NULL);
+    rlim_t bare = (rlim_t)status_of(PATH).st_size;
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &(struct rlimit){bare, before.rlim_max}), 0);
+    message_capture(s->said, sizeof s->said);
+    save_start(save, 0, 0); /* no space is reserved */
+    save_at(save, 0, EDGE);
+    save_finish(save);
+    message_capture(NULL, 0);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_string_equal(s->said, "");
+    save_drop(save);
+    canvas_free(&whole);
+}
+
 /* A run of less than a second writes nothing at its end, either. */
 static void test_short_run_writes_nothing(void **state)
 {
@@ -524,13 +547,21 @@ static void test_saved_in_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tiles_come_back),     cmocka_unit_test(test_strange_records),
-        cmocka_unit_test(test_room_is_looked_for),  cmocka_unit_test(test_passes_come_back),
-        cmocka_unit_test(test_lattices_come_back),  cmocka_unit_test(test_lattices_alone_come_back),
-        cmocka_unit_test(test_lost_below),          cmocka_unit_test(test_other_target),
-        cmocka_unit_test(test_no_room_anywhere),    cmocka_unit_test(test_folder_is_gone),
-        cmocka_unit_test(test_disk_is_full),        cmocka_unit_test(test_saved_in_memory),
-        cmocka_unit_test(test_space_is_given_back), cmocka_unit_test(test_short_run_writes_nothing),
+        cmocka_unit_test(test_tiles_come_back),
+        cmocka_unit_test(test_strange_records),
+        cmocka_unit_test(test_room_is_looked_for),
+        cmocka_unit_test(test_passes_come_back),
+        cmocka_unit_test(test_lattices_come_back),
+        cmocka_unit_test(test_lattices_alone_come_back),
+        cmocka_unit_test(test_lost_below),
+        cmocka_unit_test(test_other_target),
+        cmocka_unit_test(test_no_room_anywhere),
+        cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_disk_is_full),
+        cmocka_unit_test(test_saved_in_memory),
+        cmocka_unit_test(test_space_is_given_back),
+        cmocka_unit_test(test_full_at_the_end),
+        cmocka_unit_test(test_short_run_writes_nothing),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
 }
