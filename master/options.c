@@ -25,7 +25,7 @@ static const struct {
 
 static const char allow_outside[] = "--allow-outside";
 
-/* Only one thing is done; --help and --version need nothing else. */
+/* Only one thing is done; what follows --help or --version is ignored, as the GNU coding standards ask for. */
 static bool set_action(enum action action, struct options *options)
 {
     bool first = options->action == ACTION_RENDER || options->action == action;

@@ -208,6 +208,33 @@ static int folder_error(const char *target)
     return error;
 }
 
+static bool only_warns, has_warned;
+
+void output_only_warn(void)
+{
+    only_warns = true;
+}
+
+/* Reports that this user may not write to the file or, with "the folder " as what, beside it. Returns whether that is
+ * only warned of, once: other outputs are mostly meant for the same folder. */
+static bool closed_spared(const char *path, const char *what, const char *key, int error)
+{
+    if (!only_warns)
+        user_error(path, 0, "%scannot be written to (%s), choose another place with %s=FILE", what,
+                   strerror(error), key);
+    else if (!has_warned)
+        user_warning(path, 0,
+                     "%scannot be written to (%s): to render, choose another place with %s=FILE",
+                     what, strerror(error), key);
+    has_warned = only_warns;
+    return only_warns;
+}
+
+static bool is_closed(int error)
+{
+    return error == EACCES || error == EROFS;
+}
+
 static bool folder_writable(const char *path, const char *key)
 {
     char *target = path_behind_links(path);
@@ -220,14 +247,10 @@ static bool folder_writable(const char *path, const char *key)
         user_error(path, 0,
                    "the folder %.*s does not exist, make it or choose another place with %s=FILE",
                    (int)(path_name(target) - target), target, key);
-    else if (error == EACCES || error == EROFS)
-        user_error(path, 0,
-                   "the folder cannot be written to (%s), choose another place with %s=FILE",
-                   strerror(error), key);
-    else if (error)
+    else if (error && !is_closed(error))
         output_refused(path, key, error);
     free(target);
-    return error == 0;
+    return error == 0 || (is_closed(error) && closed_spared(path, "the folder ", key, error));
 }
 
 /* Whether what exists at path is neither a folder nor a block device. */
@@ -243,7 +266,9 @@ static bool kind_writable(const char *path, const char *key, mode_t mode)
 static bool old_file_writable(const char *path, const char *key, mode_t mode)
 {
     if (!kind_writable(path, key, mode)) return false;
-    return access(path, W_OK) == 0 || output_refused(path, key, errno);
+    if (access(path, W_OK) == 0) return true;
+    return is_closed(errno) ? closed_spared(path, "", key, errno)
+                            : output_refused(path, key, errno);
 }
 
 /* Whether the descriptor is open for writing. MPI has some of its own, which are sockets. */

@@ -20,6 +20,10 @@
  */
 bool output_writable(const char *path, const char *key);
 
+/* For --check, which writes nothing: from now on output_writable() returns true where only the rights of this user are
+ * missing, and the first such place brings a warning. */
+void output_only_warn(void);
+
 /* Reports that path cannot be written, for this errno; key as above. Returns false. */
 bool output_refused(const char *path, const char *key, int error);
 

@@ -296,8 +296,10 @@ int prepare(struct run *run, struct scene **block)
     struct view view = settings_view(&run->job.settings);
     bool checks = run->options.action == ACTION_CHECK;
     struct scene_box box = {.any = false};
-    if (checks)
+    if (checks) {
+        output_only_warn();
         find_box(run->job.builder, &box); /* before builder_finish() takes the objects over */
+    }
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
     if (status < 0 && checks) status = print_check(run, &box);

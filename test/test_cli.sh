@@ -277,6 +277,17 @@ journal() { # what a run refuses --check does, too, with the same word
     run 0 "$FARM" --check everything.ini output.journal=old.journal && [ "$(cat old.journal)" = old ]
 }
 check "--check tries the journal, too" journal
+closed() ( # root, who may write anywhere, takes another user's rights
+    mkdir closed && cp everything.ini star.* parts.nff "$FARM" closed && chmod 755 "$T" && chmod 555 closed && cd closed ||
+        return 1
+    if [ "$(id -u)" -eq 0 ]; then set -- setpriv --reuid=65534 --regid=65534 --clear-groups; fi
+    run 0 "$@" "./${FARM##*/}" --check everything.ini output.ranks=ranks.png && [ "$(lines "$err")" -eq 1 ] &&
+        echo "$err" | grep -q '^everything.png: warning: the folder cannot be written to (' &&
+        echo "$out" | grep -q 'all right' && run 2 "$@" "./${FARM##*/}" everything.ini &&
+        echo "$err" | grep -q '^everything.png: the folder cannot be written to (' && [ "$(lines "$err")" -eq 1 ]
+)
+check "which only warns of a folder that this user may not write to" closed
+rm -rf closed
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
 check "which --check alone does not mind" run 0 "$FARM" --check everything.ini farm.master_renders=no
 check "a region as an argument, which is not repeated" wrong 0 \
