@@ -259,12 +259,18 @@ static void test_line_ends_and_comments(void **state)
     free(scene);
 }
 
-static void test_mistakes(void **state)
+static void test_mistakes_of_statements(void **state)
 {
     refused(state, "b 1 1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
     refused(state, "b 1 1 -1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
     refused(state, "\nx 1 1\n",
             "scene.nff:2: unknown statement 'x', expected v, b, l, f, s, c, p or pp");
+    refused(state, "", "scene.nff: has no statements, expected at least one");
+    refused(state, "# a comment\n\n", "scene.nff: has no statements, expected at least one");
+}
+
+static void test_mistakes_of_the_view(void **state)
+{
     refused(state, "from 1 2 3\n",
             "scene.nff:1: a line of a view without 'v', expected 'v' before it");
     refused(state, "v\nfrom 1 2 3\nat 0 0 0\nup 0 0 1\n",
@@ -279,6 +285,10 @@ static void test_mistakes(void **state)
             "scene.nff:2: 'resolution' needs two whole numbers from 1 to 65535");
     refused(state, "v\nfrom 0 0 1\nat 0 0 0\nup 0 0 1\nangle 45\nl 1 1 1\n",
             "scene.nff:1: up lies along the direction of view, expected another direction");
+}
+
+static void test_mistakes_of_lights_and_materials(void **state)
+{
     refused(state, "l 1 2\n",
             "scene.nff:1: 'l' needs a position and may have a colour: 3 or 6 numbers");
     refused(state, "l 1 2 3 4 5\n",
@@ -292,8 +302,10 @@ static void test_mistakes(void **state)
     /* An index of 0 is replaced only where nothing is transmitted. */
     refused(state, "f 1 1 1 1 0 1 0.5 0\n",
             "scene.nff:1: ior is out of range, expected a finite number > 0");
-    refused(state, "", "scene.nff: has no statements, expected at least one");
-    refused(state, "# a comment\n\n", "scene.nff: has no statements, expected at least one");
+}
+
+static void test_mistakes_of_solids(void **state)
+{
     refused(state, "s 1 2 3\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 4 5\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 1e999\n",
@@ -304,6 +316,10 @@ static void test_mistakes(void **state)
             "scene.nff:3: 'c' needs two lines more, each with a point and a radius");
     refused(state, "c\n0 0 0 1\n0 0 0 1\n",
             "scene.nff:3: base and apex are the same point, expected two different points");
+}
+
+static void test_mistakes_of_polygons(void **state)
+{
     refused(state, "p 2\n0 0 0\n1 0 0\n",
             "scene.nff:1: '2' in place of a polygon's number of corners, expected 3 to 20000");
     refused(state, "p\n0 0 0\n1 0 0\n",
@@ -343,7 +359,11 @@ int main(void)
         cmocka_unit_test(test_extreme_numbers),
         cmocka_unit_test(test_crossing_polygons),
         cmocka_unit_test(test_flat_faces),
-        cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_mistakes_of_statements),
+        cmocka_unit_test(test_mistakes_of_the_view),
+        cmocka_unit_test(test_mistakes_of_lights_and_materials),
+        cmocka_unit_test(test_mistakes_of_solids),
+        cmocka_unit_test(test_mistakes_of_polygons),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
