@@ -15,6 +15,7 @@ pairs=${1:-7}
 status=0
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
+trap 'exit 1' INT TERM
 
 # cpu_seconds SCENE FORMULAS [OVERRIDE...]
 cpu_seconds() {

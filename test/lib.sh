@@ -7,6 +7,7 @@ DATA=$(realpath test/data)
 CONFIG=$(realpath config)
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
+trap 'exit 1' INT TERM
 # Standard input never ends: mpiexec passes the end of its input on to the ranks, and if all of them have left by then,
 # it is killed by SIGPIPE (status 141 instead of theirs).
 mkfifo "$T/input" && exec <>"$T/input"

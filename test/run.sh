@@ -7,13 +7,20 @@
 # and MPIEXEC.
 set -u
 
+# Ctrl-C ends the test that is running, with all that it has started: a session of its own, because what timeout(1)
+# starts gets no Ctrl-C. The shell waits for it in the background, as it would else heed the signal after the test only.
+session=
+trap '[ -z "$session" ] || pkill -s "$session"; exit 130' INT TERM
+
 run_one() { # LOGS COMMAND...
     logs=$1; shift
     for path; do :; done # the last word: a unit test, or the script that sh runs
     name=$(basename "$path")
     log=$logs/$(echo "$path" | tr / _) # units of several levels of the kernel have the same name
-    CMOCKA_MESSAGE_OUTPUT=TAP timeout 300 "$@" >"$log" 2>&1
-    status=$?
+    CMOCKA_MESSAGE_OUTPUT=TAP setsid timeout 300 "$@" >"$log" 2>&1 &
+    session=$!
+    wait "$session" 2>/dev/null # without what some shells say of a crash
+    status=$? session=
     # cmocka prints "not ok N # SKIP" for a test that does not apply, such as that of permissions as root.
     left_out=$(grep -c '^not ok .*# SKIP' "$log") good=$(grep -c '^ok ' "$log")
     bad=$(($(grep -c '^not ok ' "$log") - left_out))

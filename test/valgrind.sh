@@ -6,6 +6,7 @@ MPIEXEC=${MPIEXEC:-mpiexec}
 SCENE=$(realpath test/data/everything.ini)
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
+trap 'exit 1' INT TERM
 cd "$T" || exit 1
 failed=0
 
