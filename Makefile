@@ -145,8 +145,8 @@ INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BU
     test_rough_triangles test_tree))
 UNITS  += $(INSIDE)
 INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))
-STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/scenes.c bench/stability_*.c bench/pictures*.c \
-    test/reference*.c))
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/scenes.c bench/stability_*.c \
+    bench/pictures*.c test/reference*.c))
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 

@@ -52,7 +52,10 @@ JOURNAL_START=24 # bytes of a journal before its first tile
 
 # Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
 number=0
-pick() { state=$(((state * 6364136223846793005 + 1442695040888963407) & 0x7fffffffffffffff)); number=$(((state >> 33) % $1)); }
+pick() {
+    state=$(((state * 6364136223846793005 + 1442695040888963407) & 0x7fffffffffffffff))
+    number=$(((state >> 33) % $1))
+}
 nap() { sleep "$(awk "BEGIN { print $1 / 1000 }")"; }
 
 # The processes of this run, which have a mark in their environment. Zombies have none.
@@ -126,7 +129,13 @@ strike() { { [ -n "$2" ] && kill "-$1" "$2"; } 2>/dev/null || hit=; }
 
 other_way() { # chooses processes and settings that do not change the picture
     pick 7; n=$((number + 2))
-    pick 4; case $number in 0) way=farm.schedule=tiles ;; 1) way=farm.schedule=strips ;; 2) way=farm.schedule=cyclic ;; *) way=farm.schedule=dynamic ;; esac
+    pick 4
+    case $number in
+    0) way=farm.schedule=tiles ;;
+    1) way=farm.schedule=strips ;;
+    2) way=farm.schedule=cyclic ;;
+    *) way=farm.schedule=dynamic ;;
+    esac
     pick 3; [ "$number" -gt 0 ] || way="$way farm.tile=24"
 }
 
@@ -298,14 +307,19 @@ while [ $run -lt "$runs" ]; do
 done
 
 {
-    echo "| runs | faults injected | faults missed | tiles lost | pictures that differ | hangs | processes left | segments left | segments of the killed | other statuses | seconds saved | seconds repeated |"
+    echo "| runs | faults injected | faults missed | tiles lost | pictures that differ | hangs | processes left |" \
+        "segments left | segments of the killed | other statuses | seconds saved | seconds repeated |"
     echo "|---|---|---|---|---|---|---|---|---|---|---|---|"
-    echo "| $runs | $injected | $missed | $lost | $differ | $hung | $left | $kept | $orphaned | $wrong | $saved | $repeated |"
+    echo "| $runs | $injected | $missed | $lost | $differ | $hung | $left |" \
+        "$kept | $orphaned | $wrong | $saved | $repeated |"
     echo
     echo "| kind | runs | faults injected | records at the fault, mean | taken over, mean | pictures the same |"
     echo "|---|---|---|---|---|---|"
     awk -F, 'NR > 1 { n[$2]++; r[$2] += $7; t[$2] += $8; s[$2] += $11 == "yes"; h[$2] += $12 == "yes" }
-        END { for (k in n) printf "| %s | %d | %d | %.1f | %.1f | %d |\n", k, n[k], h[k], r[k] / n[k], t[k] / n[k], s[k] }' table.csv | sort
+        END {
+            for (k in n)
+                printf "| %s | %d | %d | %.1f | %.1f | %d |\n", k, n[k], h[k], r[k] / n[k], t[k] / n[k], s[k]
+        }' table.csv | sort
 } >table.md
 cat table.md
 for log in wrong.*; do [ -e "$log" ] && { echo "run ${log#wrong.}:"; cat "$log"; }; done

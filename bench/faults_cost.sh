@@ -57,7 +57,9 @@ ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | 
     echo "|---|---|---|---|"
     echo "| CPU time of the run | $(cut -d ' ' -f 1 without | median) | $(cut -d ' ' -f 1 with | median) | $(ratio 1) |"
     echo "| render wall time | $(cut -d ' ' -f 2 without | median) | $(cut -d ' ' -f 2 with | median) | $(ratio 2) |"
-    awk -v render="$render" '{ printf "| CPU time: rendering, thread of the journal | %s | %.4f | %.5f |\n", render, $1 / 1e9, $1 / 1e9 / render }' spent
+    awk -v render="$render" '{
+        printf "| CPU time: rendering, thread of the journal | %s | %.4f | %.5f |\n",
+            render, $1 / 1e9, $1 / 1e9 / render }' spent
 } >cost.md
 cat cost.md
 [ -z "$out" ] || { cp cost.csv "$out/faults_cost.csv" && cp cost.md "$out/faults_cost.md"; }

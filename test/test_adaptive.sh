@@ -71,7 +71,8 @@ check "and the report says so" test "$(value t ended)" = max_samples
 # Nothing is in view of a picture of one colour: there is nothing to be done in the time, and max_samples end nothing.
 # Samples of one colour differ by rounding alone, which is no error of sampling.
 blank() { # COLOR PASSES
-    printf '[camera]\neye = 0 0 0\nlook_at = 0 0 -1\n[background]\ncolor = %s\n[sphere]\ncenter = 0 0 9\nradius = 1\n' "$1" >blank.ini &&
+    printf '[camera]\neye = 0 0 0\nlook_at = 0 0 -1\n[background]\ncolor = %s\n' "$1" >blank.ini &&
+        printf '[sphere]\ncenter = 0 0 9\nradius = 1\n' >>blank.ini &&
         run 0 farm_n 2 blank.ini image.width=64 image.height=48 sampling.time_limit=5 && echo "$out" &&
         [ "$(value blank ended)" = no_error ] && [ "$(value blank passes)" -le "$2" ] &&
         case $out in *max_samples* | *"sampling error"*) return 1 ;; *"samples show no error"*) ;; *) return 1 ;; esac
@@ -157,7 +158,8 @@ spread() { # N
     grep -E '"passes"|unsampled|"rmse"|_s"' t.json
     test "$(value t passes)" -gt 1 && test "$(value t unsampled_pixels)" -gt 1000 &&
         true=$(true_rmse t) &&
-        below "$true" 0.032 && below "$true" "1.5 * $(value t guessed_rmse)" && below "$(value t guessed_rmse)" "3 * $true" &&
+        below "$true" 0.032 && below "$true" "1.5 * $(value t guessed_rmse)" &&
+        below "$(value t guessed_rmse)" "3 * $true" &&
         case $err in *"guessed from those around"*"sampling.min_samples = 4 would leave fewer"*) ;; *) return 1 ;; esac
 }
 for n in 1 2 5; do
@@ -176,7 +178,10 @@ check "a limit that leaves no time" too_short
 loading() {
     run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.001 && [ "$(lines "$err")" -eq 1 ] &&
         [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
-        case $err in *"over before any sample was taken"*"scene and picture were in memory after "*) ;; *) echo "# $err"; return 1 ;; esac
+        case $err in
+        *"over before any sample was taken"*"scene and picture were in memory after "*) ;;
+        *) echo "# $err"; return 1 ;;
+        esac
 }
 check "a limit that is over before the scene is there" loading
 
@@ -211,7 +216,10 @@ early() {
 check "previews of what is not rendered" early
 
 # foretells GOAL MOST_SAMPLES
-foretells() { render goal.pfm 0 sampling.target_error=0.003 sampling.max_samples="$2" && echo "$out" && echo "$out" | grep -q "^$1"; }
+foretells() {
+    render goal.pfm 0 sampling.target_error=0.003 sampling.max_samples="$2" && echo "$out" &&
+        echo "$out" | grep -q "^$1"
+}
 check "a round goal" foretells "an RMSE of 0.001 would take" 256
 check "half of the error where that is beyond" foretells "an RMSE of 0.0013 would take" 128
 check "half is beyond, too" foretells "an RMSE of 0.0012 is beyond sampling.max_samples = 64, 128 would be enough" 64

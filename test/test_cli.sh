@@ -139,7 +139,8 @@ removed() { # the folder that a run is started in
 check "the true reason where the current folder has been removed" removed
 for n in 0 2; do
     check "no arguments, -n $n" wrong $n 'no scene given'
-    check "unknown option, -n $n" wrong $n "unknown option '--frobnicate', expected one of -h .*, or -- " --frobnicate everything.ini
+    check "unknown option, -n $n" wrong $n "unknown option '--frobnicate', expected one of -h .*, or -- " \
+        --frobnicate everything.ini
     check "the number of processes, -n $n" wrong $n 'expected mpiexec in front of it' -n 4 everything.ini
     check "two scenes, -n $n" wrong $n 'second scene' everything.ini everything.ini
     check "missing file, -n $n" wrong $n '^nothing\.ini: ' nothing.ini
@@ -165,11 +166,14 @@ meant max-depth=3 render.max_depth=3
 meant -o output.image=FILE
 meant image=a.png output.image=a.png
 meant a.png output.image=a.png
-check "a section without a key" wrong 0 "^farm: 'output=a.png' names no key, expected output.KEY=VALUE" everything.ini output=a.png
-check "spaces beside =" wrong 0 "'sampling.samples' has no value, .* without spaces beside '='" everything.ini sampling.samples = 4
+check "a section without a key" wrong 0 "^farm: 'output=a.png' names no key, expected output.KEY=VALUE" \
+    everything.ini output=a.png
+check "spaces beside =" wrong 0 "'sampling.samples' has no value, .* without spaces beside '='" \
+    everything.ini sampling.samples = 4
 to_stdout() { # KEY: into a file, too, where the table does not write over it
     "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 \
-        output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table && grep -q 'Wall time of rank 0' table
+        output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table &&
+        grep -q 'Wall time of rank 0' table
 }
 check "the report on stdout" to_stdout report '"version"'
 check "the rows of error on stdout" to_stdout error 'elapsed_s,'
@@ -278,7 +282,8 @@ journal() { # what a run refuses --check does, too, with the same word
 }
 check "--check tries the journal, too" journal
 closed() ( # root, who may write anywhere, takes another user's rights
-    mkdir closed && cp everything.ini star.* parts.nff "$FARM" closed && chmod 755 "$T" && chmod 555 closed && cd closed ||
+    mkdir closed && cp everything.ini star.* parts.nff "$FARM" closed && chmod 755 "$T" && chmod 555 closed &&
+        cd closed ||
         return 1
     if [ "$(id -u)" -eq 0 ]; then set -- setpriv --reuid=65534 --regid=65534 --clear-groups; fi
     run 0 "$@" "./${FARM##*/}" --check everything.ini output.ranks=ranks.png && [ "$(lines "$err")" -eq 1 ] &&
@@ -331,7 +336,8 @@ for pair in '--check --print-config' '--print-config --check'; do
 done
 dashes() { # end the options
     cp everything.ini ./-v.ini && run 0 "$FARM" --check -- -v.ini image.width=20 &&
-        echo "$out" | grep -q ' 20 x ' && wrong 0 "unknown option '-v.ini', expected ./ in front of a file's name: ./-v.ini" --check -v.ini &&
+        echo "$out" | grep -q ' 20 x ' &&
+        wrong 0 "unknown option '-v.ini', expected ./ in front of a file's name: ./-v.ini" --check -v.ini &&
         wrong 0 "'-v.ini' is a second scene" -- everything.ini -v.ini && rm ./-v.ini
 }
 check "-- before a name that begins with -" dashes
@@ -376,10 +382,12 @@ round_trip() {
 check "--print-config gives the same picture" round_trip
 plain_paths() { # without . and .., also of files to come; a folder that is missing stays as it is named
     mkdir -p below/it && cd below/it || return 1
-    run 0 "$FARM" --print-config ../../everything.ini output.image=./p.png output.report=../../p.json output.trace=nowhere/../t.json
+    run 0 "$FARM" --print-config ../../everything.ini output.image=./p.png output.report=../../p.json \
+        output.trace=nowhere/../t.json
     status=$? there=$(pwd -P)
     cd ../.. && [ $status -eq 0 ] || return 1
-    for line in "file = $(pwd -P)/star.obj" "image = $there/p.png" "report = $(pwd -P)/p.json" "trace = $there/nowhere/../t.json"; do
+    for line in "file = $(pwd -P)/star.obj" "image = $there/p.png" "report = $(pwd -P)/p.json" \
+        "trace = $there/nowhere/../t.json"; do
         echo "$out" | grep -qxF "$line" || { echo "no $line"; return 1; }
     done
 }
@@ -419,7 +427,8 @@ beside() {
         image.height=8 && [ -s pictures/a.b.pfm ] && [ -s pictures/a.b.json ]
 }
 check "the report lies beside the picture" beside
-printf '[camera]\neye = 0 0 0.5\nlook_at = 0 0 9\n[light]\nposition = 0 9 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n' >inside.ini
+printf '[camera]\neye = 0 0 0.5\nlook_at = 0 0 9\n[light]\nposition = 0 9 0\n' >inside.ini
+printf '[sphere]\ncenter = 0 0 0\nradius = 1\n' >>inside.ini
 empty() { # WHAT SCENE ARGUMENT...: that nothing is to be seen is said once, or, without WHAT, not at all
     said=$1; shift
     run 0 farm_n 2 "$@" image.width=16 image.height=12 output.image=empty.png || return 1

@@ -85,7 +85,8 @@ for n in 0 3; do
         interrupted() {
             echo >old.json
             stopped $signal output.report=old.json && [ $status -eq 75 ] && [ -s everything.png ] &&
-                [ -s everything.journal ] && grep -q "stopped by .*SIG$signal.* of the pixels" e && grep -q "to go on: .*farm.* '\{0,1\}$SCENE" e &&
+                [ -s everything.journal ] && grep -q "stopped by .*SIG$signal.* of the pixels" e &&
+                    grep -q "to go on: .*farm.* '\{0,1\}$SCENE" e &&
                 grep -q '^farm: old.json is of an earlier run' e || return 1
             rm old.json everything.png everything.journal
         }
@@ -189,7 +190,10 @@ twice() { # STATUS FIRST SECOND
     env --default-signal=INT "$@" >o 2>e &
     pid=$!
     i=0 # a journal's head alone has 24 bytes
-    while [ "$(stat -c %s w.journal 2>/dev/null || echo 0)" -le 24 ] && [ $i -lt 600 ]; do sleep 0.05; i=$((i + 1)); done
+    while [ "$(stat -c %s w.journal 2>/dev/null || echo 0)" -le 24 ] && [ $i -lt 600 ]; do
+        sleep 0.05
+        i=$((i + 1))
+    done
     kill -"$first" $pid; sleep 0.3; kill -"$second" $pid
     wait $pid
     status=$?

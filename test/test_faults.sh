@@ -2,7 +2,8 @@
 . test/lib.sh
 # The farm must read as many records as a program counts that shares no code with it.
 read_all() {
-    awk -F, 'NR > 1 && $7 != $8 { print "run " $1 ": " $7 " records, read " $8; bad = 1 } END { exit bad }' "$T/faults.csv"
+    awk -F, 'NR > 1 && $7 != $8 { print "run " $1 ": " $7 " records, read " $8; bad = 1 } END { exit bad }' \
+        "$T/faults.csv"
 }
 # Most faults must hit a process, also those that need a journal with tiles, and some journal must have many tiles.
 met() {

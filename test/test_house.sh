@@ -14,7 +14,7 @@ check "of master/, only main knows worker/" none '#include "worker/' \
     $(ls master/*.[ch] | grep -v '^master/main\.c$')
 check "the queue knows no MPI, no clock, no scene and no thread" none \
     'include.*(mpi|clock|nap|scene|settings|pthread|time)\.h' master/queue*.[ch]
-check "no line of a source is longer than 120 characters" none '.{121}' \
+check "no line of a source is longer than 120 characters" none '.{121}' Makefile test/*.sh bench/*.sh \
     $(ls common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 every_bench() {
     listed=$(sed -n '/^BENCHES :=/,/[^\\]$/p' Makefile | tr -s '\\\n ' ' ')
@@ -34,7 +34,8 @@ every_target() { # a word behind make
 }
 check "make help tells of every target" every_target
 uninstalls() {
-    make -s install DESTDIR="$T/root" PREFIX=/usr && "$T/root/usr/bin/farm" --check "$T/root/usr/share/farm/config/hello.ini" &&
+    make -s install DESTDIR="$T/root" PREFIX=/usr &&
+        "$T/root/usr/bin/farm" --check "$T/root/usr/share/farm/config/hello.ini" &&
         touch "$T/root/usr/share/other" && make -s uninstall DESTDIR="$T/root" PREFIX=/usr &&
         [ "$(find "$T/root" ! -type d)" = "$T/root/usr/share/other" ] && [ ! -e "$T/root/usr/share/farm" ]
 }

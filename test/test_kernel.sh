@@ -44,7 +44,8 @@ rooms() {
             cmp portable.pfm $level.pfm || return 1
     done
     run 0 farm_n 0 "$DATA/corners.ini" camera.eye="1e-9 2e-9 3e-9" output.image=aside.pfm output.report=kernel.json &&
-        run 0 farm_n 0 "$DATA/corners.ini" sampling.reference=aside.pfm output.image=room.pfm output.report=kernel.json &&
+        run 0 farm_n 0 "$DATA/corners.ini" sampling.reference=aside.pfm output.image=room.pfm \
+            output.report=kernel.json &&
         awk '/"rmse"/ && !rmse { rmse = $2 + 0 } END { exit !(rmse > 0 && rmse < 0.002) }' kernel.json
 }
 check "a room from its very middle looks as from beside it" rooms

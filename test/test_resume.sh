@@ -21,7 +21,8 @@ records=$(resumed records)
 check "on three processes" goes_on 3
 check "with larger tiles" goes_on 0 farm.tile=48
 cyclic() { # of what there is some is of use
-    goes_on 2 farm.schedule=cyclic && grep -q '"seconds_repeated": [0-9.]*[1-9]' a.json && sed -n 's/.*journal: \([0-9.]*\) % of the pixels, but \([0-9.]*\) %.*/\1 \2/p' "$T/err" |
+    goes_on 2 farm.schedule=cyclic && grep -q '"seconds_repeated": [0-9.]*[1-9]' a.json &&
+        sed -n 's/.*journal: \([0-9.]*\) % of the pixels, but \([0-9.]*\) %.*/\1 \2/p' "$T/err" |
         awk '{ again = $2 < $1 } END { exit !again }'
 }
 check "cyclic" cyclic
@@ -81,7 +82,8 @@ turns_saved() {
     core=$(taskset -pc $$ | sed 's/.*: //; s/[-,].*//')
     rm -f a.*
     begun=$(date +%s.%N)
-    run 1 timeout 60 taskset -c "$core" "$MPIEXEC" -n 6 "$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full ||
+    run 1 timeout 60 taskset -c "$core" "$MPIEXEC" -n 6 "$FARM" "$SCENE" $SIZE output.image=a.pfm \
+        output.report=/dev/full ||
         return 1
     ended=$(date +%s.%N)
     rm a.pfm

@@ -27,7 +27,9 @@ stops() {
 named() { grep -q '^farm: warning: rank 1 on .* answers no more' err.txt && grep -q '"rank": 1,.*"silent": 1' t.json; }
 renderer() { stops 0 tile 3 && cmp reference.pfm t.pfm && named; }
 check "a stopped renderer" renderer
-before() { stops 75 share 3 && grep -q "^farm: not all processes have come to the start" err.txt && [ ! -e t.journal ]; }
+before() {
+    stops 75 share 3 && grep -q "^farm: not all processes have come to the start" err.txt && [ ! -e t.journal ]
+}
 check "a rank that stops before it has the scene" before
 memory() { stops 75 memory 3 && grep -q "^farm: not all processes have come to the start" err.txt; }
 check "before it has opened the memory of its node" memory
@@ -49,7 +51,8 @@ behind() { stops 0 later 3 && cmp reference.pfm t.pfm; }
 check "a renderer that has left results" behind
 # All tiles are too large for a slot of a tray.
 message() {
-    run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=128 image.height=192 output.image=large.pfm output.report= &&
+    run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=128 image.height=192 output.image=large.pfm \
+        output.report= &&
         stops 0 result 3 image.width=128 image.height=192 farm.schedule=tiles farm.tile=64 && cmp large.pfm t.pfm
 }
 check "a renderer that sends a message" message
@@ -66,7 +69,8 @@ check "a longer picture" longer
 # tile. These seconds must not count in the elapsed time of the error.
 waiting() {
     awk '
-        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1]); if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
+        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1])
+            if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
         /"elapsed_s": / { sub(/.*"elapsed_s": /, ""); told = $0 + 0 }
         END {
             before = of["init_s"] + of["load_s"] + of["broadcast_s"] + of["build_s"]

@@ -54,7 +54,8 @@ adds_up() {
     run 0 farm_n 3 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=4 output.image=a.png ||
         return 1
     awk '
-        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1]); if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
+        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1])
+            if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
         /"primary": / { primary = $2 + 0 }
         /"file": "config|"file": "\// { scene = $0 ~ /lantern.ini"/ }
         /"rank": / {
