@@ -59,6 +59,7 @@ check "a renderer that sends a message" message
 # The stopped rank is continued before it is given up, or after that: then the results in its tray are taken, or of no
 # use.
 goes_on() { # SECONDS
+    rm -f note # of an earlier run
     { until [ -s note ]; do sleep 0.05; done; sleep "$1"; kill -CONT "$(cat note)"; } &
     stops 0 later 3 farm.patience=1 sampling.samples=2000 && cmp longer.pfm t.pfm
 }
