@@ -116,8 +116,8 @@ static char *what_is_saved(const struct run *run, uint64_t pixels)
                            per_cent(run, pixels_in(run)));
     if (passes == 2) return format_text("pass 1 and what is finished of pass 2 are");
     if (passes > 2)
-        return format_text("passes 1 to %u and what is finished of pass %u are", passes - 1,
-                           passes);
+        return format_text("passes 1 %s %u and what is finished of pass %u are",
+                           passes == 3 ? "and" : "to", passes - 1, passes);
     return format_text("%.1f %% of the pixels%s are", per_cent(run, pixels),
                        passes ? " of pass 1" : "");
 }

@@ -320,7 +320,7 @@ static void test_passes(void **state)
          "100.0 % of the pixels of pass 1 are"},
         {1, EDGE, "in pass 2: 2.0 s", "pass 1 and what is finished of pass 2 are"},
         {1, WIDTH, "after pass 2: 2.0 s", "pass 1 and what is finished of pass 2 are"},
-        {2, EDGE, "in pass 3: 3.0 s", "passes 1 to 2 and what is finished of pass 3 are"}};
+        {2, EDGE, "in pass 3: 3.0 s", "passes 1 and 2 and what is finished of pass 3 are"}};
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         char expected[256];
         bool all = runs[i].passes > 0 || runs[i].width == WIDTH;
