@@ -32,7 +32,9 @@ struct error_breakdown {
  * same size, which they are only with an even number of samples. Whatever their squared errors are, that of all samples
  * is between b^2 / n^2 and a^2 / n^2 times their sum. The estimate assumes a part near a b / n^2 (share_of_square() in
  * worker/pixels.c), so this is log(a / b). Where colours change evenly, halves of 2^k samples err much less than
- * others, and much of that range is needed.
+ * others, and much of that range is needed: with 3, 5, 7 and 9 samples the squared error is estimated 34 % too large,
+ * 12 % too small, 20 % too large and 14 % too small. For random errors it is 11 % too small with three; at edges it is
+ * right.
  */
 double error_odd(uint32_t samples);
 
