@@ -92,11 +92,18 @@ void heap_remove(struct heap *heap, uint32_t id)
     if (last.id != id) settle(heap, place, last);
 }
 
-void heap_clear(struct heap *heap)
+void heap_change(struct heap *heap, uint32_t id, double key)
 {
-    for (uint32_t i = 0; i < heap->count; i++)
-        heap->places[heap->entries[i].id] = HEAP_ABSENT;
-    heap->count = 0;
+    assert(heap_has(heap, id) && key == key);
+    heap->entries[heap->places[id]].key = key;
+}
+
+/* From the bottom up, so that all below a place is in order when its turn comes (R. Floyd, "Algorithm 245: Treesort 3",
+ * Comm. ACM 7, 1964). */
+void heap_restore(struct heap *heap)
+{
+    for (uint32_t place = heap->count; place-- > 0;)
+        sink(heap, place, heap->entries[place]);
 }
 
 bool heap_has(const struct heap *heap, uint32_t id)

@@ -29,8 +29,10 @@ void heap_put(struct heap *heap, uint32_t id, double key);
 /* Removes id, if it is in: O(log n). */
 void heap_remove(struct heap *heap, uint32_t id);
 
-/* Removes all; the room stays. */
-void heap_clear(struct heap *heap);
+/* Changes many keys at once: heap_change() for ids that are in, and heap_remove() for some, then heap_restore() before
+ * anything else. O(n) in all. */
+void heap_change(struct heap *heap, uint32_t id, double key);
+void heap_restore(struct heap *heap);
 
 /* Whether id, which may be beyond the room, is in. */
 bool heap_has(const struct heap *heap, uint32_t id);

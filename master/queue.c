@@ -35,13 +35,13 @@ void queue_uncount_waiting(struct queue *queue, uint32_t id)
 
 void queue_set_waiting(struct queue *queue, uint32_t id)
 {
-    agenda_put(&queue->waiting, id, queue->items[id].priority);
+    heap_put(&queue->waiting, id, queue->items[id].priority);
     queue_count_waiting(queue, id);
 }
 
 void queue_unset_waiting(struct queue *queue, uint32_t id)
 {
-    agenda_remove(&queue->waiting, id);
+    heap_remove(&queue->waiting, id);
     queue_uncount_waiting(queue, id);
     if (queue->waiting.count == 0) queue->waiting_work = 0;
 }
@@ -50,7 +50,7 @@ void queue_reserve(struct queue *queue, uint32_t room)
 {
     queue->items = reallocate(queue->items, room, sizeof *queue->items);
     memset(queue->items + queue->item_room, 0, (room - queue->item_room) * sizeof *queue->items);
-    agenda_reserve(&queue->waiting, room);
+    heap_reserve(&queue->waiting, room);
     queue->item_room = room;
 }
 
@@ -334,7 +334,7 @@ double queue_ends(const struct queue *queue, double now)
 
 bool queue_is_untouched(const struct queue *queue, uint32_t id)
 {
-    return agenda_has(&queue->waiting, id) && !queue->items[id].is_piece;
+    return heap_has(&queue->waiting, id) && !queue->items[id].is_piece;
 }
 
 void queue_look(struct queue *queue, double now)

@@ -72,7 +72,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     part->finished = part->replaced = true;
     queue->count.tiles--;
     queue_count_waiting(queue, id);
-    agenda_change(&queue->waiting, id, whole->priority);
+    heap_change(&queue->waiting, id, whole->priority);
 }
 
 /* Joins two tiles of this size if they are cheap: `most` work together at most. */

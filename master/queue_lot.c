@@ -31,7 +31,7 @@ static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
 static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     while (draft->count < LOT_TILES && queue->waiting.count > 0) {
-        uint32_t id = agenda_first(&queue->waiting);
+        uint32_t id = heap_top(&queue->waiting);
         if (split_is_due(queue, id, lot, draft->count == 0)) {
             split_tile(queue, id);
             continue;
@@ -53,17 +53,17 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 #define CHEAP_OVER 1.25
 
 /* The next tile in the order of the picture that waits and costs no more than this density (work per pixel), or
- * AGENDA_NONE. Tiles of adaptive passes are left out: they send sampled pixels alone, the most useful ones
+ * HEAP_ABSENT. Tiles of adaptive passes are left out: they send sampled pixels alone, the most useful ones
  * first. */
 static uint32_t next_cheap(struct queue *queue, double density)
 {
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
         uint32_t id = queue->next_cheap;
         const struct item *item = &queue->items[id];
-        if (!agenda_has(&queue->waiting, id) || item->pass != 0) continue;
+        if (!heap_has(&queue->waiting, id) || item->pass != 0) continue;
         if ((double)item->work <= density * (double)area(item)) return id;
     }
-    return AGENDA_NONE;
+    return HEAP_ABSENT;
 }
 
 /* Adds cheap tiles to those that were taken, up to this number of pixels in all. */
@@ -73,7 +73,7 @@ static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot
     struct pace_lot longer = {CHEAP_OVER * lot.work, CHEAP_OVER * lot.worst};
     while (draft->count < LOT_TILES && (double)draft->pixels < pixels) {
         uint32_t id = next_cheap(queue, density);
-        if (id == AGENDA_NONE || !lot_has_room(queue, draft, id, longer)) break;
+        if (id == HEAP_ABSENT || !lot_has_room(queue, draft, id, longer)) break;
         take_tile(queue, draft, id);
     }
 }

@@ -19,7 +19,6 @@
 #define FARM_MASTER_QUEUE_PARTS_H
 
 #include "common/whole.h"
-#include "master/agenda.h"
 #include "master/cost.h"
 #include "master/holdings.h"
 #include "master/outlook.h"
@@ -80,10 +79,10 @@ struct queue {
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, next_probe, probe_stride, probes_back;
-    bool needs_no_probes;  /* all was finished or withdrawn, and no work was added since */
-    bool probes_ended;     /* queue_end_probes() was called */
-    bool settled;          /* the map predicts: all probes are back, or enough of them */
-    struct agenda waiting; /* items */
+    bool needs_no_probes; /* all was finished or withdrawn, and no work was added since */
+    bool probes_ended;    /* queue_end_probes() was called */
+    bool settled;         /* the map predicts: all probes are back, or enough of them */
+    struct heap waiting;  /* ids of items, by priority */
     double waiting_work;
     uint64_t waiting_pixels;
     uint32_t next_cheap;    /* id at which the search for cheap tiles continues */

@@ -60,7 +60,7 @@ void pieces_drop(struct queue *queue, uint32_t id)
     const struct item *whole = &queue->items[id];
     for (uint32_t part = whole->first_piece; part < whole->first_piece + whole->pieces; part++) {
         struct item *piece = &queue->items[part];
-        if (agenda_has(&queue->waiting, part)) queue_unset_waiting(queue, part);
+        if (heap_has(&queue->waiting, part)) queue_unset_waiting(queue, part);
         if (!piece->finished) queue_tell_finished(queue, part);
         piece->finished = true;
         if (piece->kept) decide(queue, part, false);

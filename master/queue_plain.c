@@ -47,7 +47,7 @@ uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile)
         queue_give(queue, renderer, tile->id, 0);
         return 1;
     }
-    uint32_t waiting = queue->waiting.count, id = agenda_first(&queue->waiting);
+    uint32_t waiting = queue->waiting.count, id = heap_top(&queue->waiting);
     if (waiting == 0) return take_over(queue, renderer, tile);
     if (holder->lots > 0 && waiting <= queue->config.renderers) return 0;
     queue_unset_waiting(queue, id);

@@ -39,7 +39,7 @@ static double work_ratio(const struct queue *queue, const struct item *item)
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
-/* Predicts one tile anew: `ratio` times what the map says. The caller sorts what waits, and counts the tile in
+/* Predicts one tile anew: `ratio` times what the map says. The caller puts what waits in order, and counts the tile in
  * the outlook. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
@@ -51,9 +51,9 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     /* Tiles of later passes keep the priority that they were added with, if that was given when the map was
      * settled. */
     if (item->pass == 0 || !queue->settled) item->priority = priority_of(item, cost);
-    if (!agenda_has(&queue->waiting, id)) return;
+    if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
-    agenda_change(&queue->waiting, id, item->priority);
+    heap_change(&queue->waiting, id, item->priority);
 }
 
 /* Converts the work that renderers hold, which was given in another unit. */
@@ -85,7 +85,6 @@ void predictions_settle(struct queue *queue, double now)
     cost_settle(&queue->map);
     queue->pace.total = queue->waiting_work = 0;
     queue->outlook = (struct outlook){0};
-    agenda_unsort(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);
@@ -95,7 +94,7 @@ void predictions_settle(struct queue *queue, double now)
      * master keeps from rendering, has probes, too. Single samples of two such scenes on 36 to 52 processors are
      * half as fast again and more. */
     queue_join(queue);
-    agenda_sort(&queue->waiting);
+    heap_restore(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
         queue_count_outlook(queue, id);
     queue->settled = true;
@@ -132,7 +131,7 @@ static void raise_prediction(struct queue *queue, uint32_t id, const struct surr
                              double density)
 {
     struct item *item = &queue->items[id];
-    if (!agenda_has(&queue->waiting, id)) return;
+    if (!heap_has(&queue->waiting, id)) return;
     uint64_t pixels = pixels_near(queue, item, near);
     double dear = density * (double)pixels, part = (double)pixels / (double)area(item);
     double worst = (double)item->worst * part, work = (double)item->work * part;

@@ -191,7 +191,7 @@ void queue_destroy(struct queue *queue)
     share_free(&queue->shares);
     cost_free(&queue->map);
     pace_free(&queue->pace);
-    agenda_free(&queue->waiting);
+    heap_free(&queue->waiting);
     free(queue->items);
     free(queue->probes_given);
     free(queue->groups);

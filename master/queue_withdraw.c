@@ -69,7 +69,7 @@ static void take_back_pieces(struct queue *queue, uint32_t id)
     struct item *whole = &queue->items[id];
     if (whole->finished || whole->is_piece) return;
     for (uint32_t i = 0; i < whole->pieces; i++)
-        if (!agenda_has(&queue->waiting, whole->first_piece + i)) return;
+        if (!heap_has(&queue->waiting, whole->first_piece + i)) return;
     pieces_drop(queue, id);
     whole->pieces = whole->missing = 0;
     withdraw_dropped(queue, id);

@@ -156,9 +156,9 @@ static inline void check_sums(const struct queue *queue)
         const struct item *item = &queue->items[id];
         double work = (double)item->work;
         if (item->pass == 0) assert_true((double)item->worst >= work * (1 - 1e-5));
-        if (agenda_has(&queue->waiting, id)) {
+        if (heap_has(&queue->waiting, id)) {
             assert_false(item->finished);
-            assert_true(queue->waiting.keys[id] == item->priority);
+            assert_true(queue->waiting.entries[queue->waiting.places[id]].key == item->priority);
             waiting++;
             waiting_work += work;
             waiting_pixels += area(item);

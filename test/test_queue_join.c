@@ -73,7 +73,7 @@ static void test_joined_before_all_probes(void **state)
     }
     assert_true(owned > 0 && queue->probes_back < queue->map.probes);
     for (uint32_t id = 0; id < queue->item_count; id++)
-        joined += agenda_has(&queue->waiting, id) && area(&queue->items[id]) > 64;
+        joined += heap_has(&queue->waiting, id) && area(&queue->items[id]) > 64;
     assert_true(joined > 100);
     check_sums(queue);
     answer_probes(queue, 0, own, owned);

@@ -140,7 +140,7 @@ static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
             bool cheap = lot[i].x >= width / 2;
             double seconds = (cheap ? 1e-6 : 1e-4) * tile_pixels(&lot[i]);
             bool amidst = lot[i].x > width * 5 / 8 && lot[i].x < width * 7 / 8;
-            if (amidst && agenda_has(&queue->waiting, lot[i].id + 1)) return lot[i];
+            if (amidst && heap_has(&queue->waiting, lot[i].id + 1)) return lot[i];
             queue_finish(queue, 0, lot[i].id, *now += seconds, seconds);
         }
     }
@@ -174,14 +174,14 @@ static void test_neighbours_are_raised(void **state)
         uint32_t around = 0;
         for (uint32_t id = 0; id < queue->item_count; id++) {
             const struct item *item = &queue->items[id];
-            if (!agenda_has(&queue->waiting, id)) continue;
+            if (!heap_has(&queue->waiting, id)) continue;
             bool near =
                 apart(item->x / 16, tile.x / 16) <= 1 && apart(item->y / 16, tile.y / 16) <= 1;
             assert_int_equal((double)item->worst > 0.999 * density * (double)area(item), near);
             around += near;
         }
         assert_true(around >= 3); /* one of them in three parts */
-        const struct item *first = &queue->items[agenda_first(&queue->waiting)];
+        const struct item *first = &queue->items[heap_top(&queue->waiting)];
         assert_true(apart(first->x / 16, tile.x / 16) <= 1);
         assert_true(queue->pace.total > total);
         queue_destroy(queue);

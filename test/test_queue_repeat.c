@@ -341,7 +341,7 @@ static void test_unbegun_within_a_lot(void **state)
     struct queue *queue = queue_create(&config);
     struct tile tiles[LOT_TILES];
     while (queue->waiting.count > 0) {
-        uint32_t id = agenda_first(&queue->waiting);
+        uint32_t id = heap_top(&queue->waiting);
         queue_unset_waiting(queue, id);
         queue_give(queue, 0, id, (double)queue->items[id].work);
     }

@@ -61,7 +61,7 @@ static void test_worst_cases_are_limited(void **state)
     const struct pace_lot any = {HUGE_VAL, HUGE_VAL};
     struct queue *queue = queue_create(&config);
     settle_halves(queue, config.width);
-    uint32_t id = agenda_first(&queue->waiting);
+    uint32_t id = heap_top(&queue->waiting);
     queue->items[id].work = 1.9f;
     queue->items[id].worst = 7.9f;
     assert_false(split_is_due(queue, id, any, false));
@@ -77,7 +77,7 @@ static void test_what_is_not_split(void **state)
     (void)state;
     const struct queue_config config = {.width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
     struct queue *queue = queue_create(&config);
-    uint32_t id = agenda_first(&queue->waiting);
+    uint32_t id = heap_top(&queue->waiting);
     assert_true(split_is_possible(queue, id) && pieces_make(queue, id, 2, 0));
     uint32_t piece = queue->items[id].first_piece;
     assert_int_equal(area(&queue->items[piece]), 16 * 8);
@@ -200,7 +200,7 @@ static bool is_small_split(float pixel_s, double work, double worst)
         .width = 128, .height = 4, .renderers = 16, .tile_edge = 4, .probe_edge = 4, .samples = 64};
     struct queue *queue = queue_create(&config);
     probe_evenly(queue, pixel_s);
-    uint32_t id = agenda_first(&queue->waiting);
+    uint32_t id = heap_top(&queue->waiting);
     double share = queue->pace.total / config.renderers;
     queue->items[id].work = (float)(work * share);
     queue->items[id].worst = (float)(worst * share);
