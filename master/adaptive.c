@@ -168,12 +168,6 @@ bool adaptive_is_met(struct adaptive *adaptive)
            adaptive->statistics.unsampled == 0 && meets_target(adaptive, pass_error(adaptive));
 }
 
-uint32_t adaptive_max_samples(const struct adaptive *adaptive)
-{
-    const struct levels *levels = &adaptive->statistics.levels;
-    return (uint32_t)levels->samples[levels->last];
-}
-
 /* The seconds beyond those so far in which a run with these levels leaves this share of the squares. */
 static double seconds_to(struct adaptive *adaptive, double share, uint32_t max_samples)
 {
@@ -187,7 +181,7 @@ static double seconds_to(struct adaptive *adaptive, double share, uint32_t max_s
     allocation_destroy(allocation);
     if (!(limit > 0)) return HUGE_VAL;
     return refine_effort(&candidates, limit) * effort_seconds_per_unit(&effort) -
-           effort_later_seconds(&effort);
+           effort.on_later.seconds;
 }
 
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power, uint32_t max_samples)
@@ -270,10 +264,10 @@ uint64_t adaptive_unsampled(const struct adaptive *adaptive)
 
 double adaptive_seconds(const struct adaptive *adaptive)
 {
-    return effort_first_seconds(&adaptive->effort) + effort_later_seconds(&adaptive->effort);
+    return adaptive->effort.on_first.seconds + adaptive->effort.on_later.seconds;
 }
 
 double adaptive_first_seconds(const struct adaptive *adaptive)
 {
-    return effort_first_seconds(&adaptive->effort);
+    return adaptive->effort.on_first.seconds;
 }

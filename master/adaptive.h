@@ -174,9 +174,6 @@ double adaptive_first_seconds(const struct adaptive *adaptive);
 double adaptive_forecast(struct adaptive *adaptive, double rmse, double power,
                          uint32_t max_samples);
 
-/* The max_samples of this run. */
-uint32_t adaptive_max_samples(const struct adaptive *adaptive);
-
 /* Whether all pixels of the last planned pass are in. */
 bool adaptive_is_complete(const struct adaptive *adaptive);
 

@@ -18,7 +18,7 @@ void adaptive_cut(struct adaptive *adaptive, double seconds)
     if (seconds > 0)
         adaptive->unsampled_s = seconds / (double)statistics->unsampled;
     else if (sampled > 0)
-        adaptive->unsampled_s = effort_first_seconds(&adaptive->effort) / (double)sampled;
+        adaptive->unsampled_s = adaptive->effort.on_first.seconds / (double)sampled;
 }
 
 /* Counts the pixels of a lattice that have no samples. Where next is not NULL, they are to get some in the next pass.
@@ -59,7 +59,7 @@ static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
 static void learn_first(struct adaptive *adaptive)
 {
     if (adaptive->pass.asked == 0) return;
-    adaptive->unsampled_s = (effort_first_seconds(&adaptive->effort) - adaptive->first_before_s) /
+    adaptive->unsampled_s = (adaptive->effort.on_first.seconds - adaptive->first_before_s) /
                             (double)adaptive->pass.asked;
 }
 
@@ -69,7 +69,7 @@ static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
     assert(adaptive->pass.missing == 0);
     uint64_t pixels = find_unsampled(&adaptive->statistics, lattice, adaptive->pass.next);
     assert(pixels > 0);
-    adaptive->first_before_s = effort_first_seconds(&adaptive->effort);
+    adaptive->first_before_s = adaptive->effort.on_first.seconds;
     pass_begin(&adaptive->pass, true, -1 - (double)lattice, pixels);
 }
 

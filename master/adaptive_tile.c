@@ -198,7 +198,8 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
     struct new_samples at = {.mean = part, .difference = part + 3 * in};
     at.spread = at.difference + 3 * in;
     at.rays = at.spread + in;
-    effort_add_seconds(&adaptive->effort, adaptive->pass.is_first, seconds);
+    struct effort *effort = &adaptive->effort;
+    (adaptive->pass.is_first ? &effort->on_first : &effort->on_later)->seconds += seconds;
     pass_cost_took(adaptive->cost, tile, seconds);
     if (is_new(adaptive, tile))
         put_new(adaptive, tile, at);

@@ -27,26 +27,10 @@ void effort_set_levels(struct effort *effort, const struct levels *levels)
                 pow(levels->samples[to] - levels->samples[from], EFFORT_POWER);
 }
 
-void effort_add_seconds(struct effort *effort, bool first, double seconds)
-{
-    struct spent *spent = first ? &effort->on_first : &effort->on_later;
-    spent->seconds += seconds;
-}
-
 void effort_add(struct effort *effort, uint32_t from, uint32_t to, double rays)
 {
     struct spent *spent = from == 0 ? &effort->on_first : &effort->on_later;
     spent->effort += rays * effort_between(effort, from, to);
-}
-
-double effort_first_seconds(const struct effort *effort)
-{
-    return effort->on_first.seconds;
-}
-
-double effort_later_seconds(const struct effort *effort)
-{
-    return effort->on_later.seconds;
 }
 
 double effort_seconds_per_unit(const struct effort *effort)

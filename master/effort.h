@@ -3,14 +3,13 @@
 #ifndef FARM_MASTER_EFFORT_H
 #define FARM_MASTER_EFFORT_H
 
-#include <stdbool.h>
-
 #include "common/refinement.h"
 #include "master/statistics.h"
 
 /* Totals over samples. */
 struct spent {
-    double seconds, effort;
+    double seconds; /* CPU seconds, added by whoever measures them */
+    double effort;
 };
 
 struct effort {
@@ -31,16 +30,9 @@ static inline double effort_between(const struct effort *effort, uint32_t from, 
     return effort->of_levels[from][to];
 }
 
-/* Adds CPU seconds that were spent on pixels' first samples, or on later ones. */
-void effort_add_seconds(struct effort *effort, bool first, double seconds);
-
 /* Adds the samples that have brought a pixel from a level to a higher one. rays: per sample. from = 0: they are its
  * first ones. */
 void effort_add(struct effort *effort, uint32_t from, uint32_t to, double rays);
-
-/* CPU seconds so far: on first samples; on all others. */
-double effort_first_seconds(const struct effort *effort);
-double effort_later_seconds(const struct effort *effort);
 
 /* Predicted CPU seconds per effort of a pass that refines pixels. NaN: nothing is known. */
 double effort_seconds_per_unit(const struct effort *effort);

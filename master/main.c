@@ -195,7 +195,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct served served;
     bool complete = serve(&service, &served);
     progress_end(&progress);
-    watch_leave_file(&run->watch);
+    snapshot_end(&run->watch.snapshot); /* from now on the file is written here */
     run->silent = served.silent;
     name_silent(run);
     return complete ? end_complete(run, &served, shared) : end_early(run, served.deserted);

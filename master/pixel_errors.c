@@ -38,22 +38,7 @@ void pixel_errors_settle(struct pixel_errors *errors, size_t pixel,
     hidden_settle(errors->hidden, errors->statistics, pixel, before);
 }
 
-bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel)
-{
-    return hidden_is_open(errors->hidden, pixel);
-}
-
-void pixel_errors_leave(struct pixel_errors *errors, size_t pixel)
-{
-    hidden_leave(errors->hidden, pixel, errors->predicted_rms[pixel]);
-}
-
-void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel)
-{
-    hidden_leave_warned(errors->hidden, pixel);
-}
-
-void pixel_errors_leave_done(struct pixel_errors *errors)
+void pixel_errors_left(struct pixel_errors *errors)
 {
     errors->is_summed = false;
 }

@@ -24,10 +24,10 @@ struct error_totals {
     uint64_t pixels, samples;
 };
 
-/* To be read and written by the functions below alone. */
+/* To be read and written by the functions below alone, but for hidden. */
 struct pixel_errors {
     const struct statistics *statistics; /* the caller's */
-    struct hidden *hidden;               /* what the halves do not show */
+    struct hidden *hidden;               /* what the halves do not show; owned */
     double *expected;                    /* expected squared error of each pixel; owned */
     /* Root of each pixel's squared error, predicted from its neighbourhood alone; owned. */
     float *predicted_rms;
@@ -47,15 +47,8 @@ void pixel_errors_free(struct pixel_errors *errors);
 void pixel_errors_settle(struct pixel_errors *errors, size_t pixel,
                          const struct pixel_statistics *before);
 
-/* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
-bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel);
-
-/* The plan leaves the pixel, by its neighbourhood; or leaves it although it is warned, because its own samples have hit
- * nothing (master/hidden.h). May be called from several threads, each for other pixels; when all are done
- * pixel_errors_leave_done() must be called. */
-void pixel_errors_leave(struct pixel_errors *errors, size_t pixel);
-void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel);
-void pixel_errors_leave_done(struct pixel_errors *errors);
+/* To be called when a plan has told errors->hidden which pixels it leaves where they are. */
+void pixel_errors_left(struct pixel_errors *errors);
 
 /* The sums over the pixels as they are, valid until one changes. The pool must be idle; NULL: the caller works alone.
  */
@@ -83,11 +76,10 @@ static inline double pixel_errors_expected(const struct pixel_errors *errors, si
 }
 double pixel_errors_with_hidden(const struct pixel_errors *errors, size_t pixel);
 
-/* Squared error predicted from the pixel's neighbourhood alone. */
-static inline double pixel_errors_predicted(const struct pixel_errors *errors, size_t pixel)
+/* Root of the squared error predicted from the pixel's neighbourhood alone. */
+static inline float pixel_errors_predicted_rms(const struct pixel_errors *errors, size_t pixel)
 {
-    double root = (double)errors->predicted_rms[pixel];
-    return root * root;
+    return errors->predicted_rms[pixel];
 }
 
 /* Sum of the expected squared errors of all pixels. */

@@ -32,10 +32,10 @@ static double effort_of(const struct candidates *it, size_t pixel)
     return statistics_rays(it->statistics, pixel) * effort_between(it->effort, level, level + 1);
 }
 
-/* Whether its neighbourhood alone would give the pixel more samples. */
-static bool is_warned(const struct candidates *it, size_t pixel, double limit)
+/* Whether its neighbourhood alone, which predicts this error, would give the pixel more samples. */
+static bool is_warned(const struct candidates *it, size_t pixel, float predicted_rms, double limit)
 {
-    double gain = pixel_errors_predicted(it->errors, pixel) / cost_of(it, pixel);
+    double gain = (double)predicted_rms * (double)predicted_rms / cost_of(it, pixel);
     return allocation_doublings(gain, limit, 1) > 0;
 }
 
@@ -150,13 +150,15 @@ static void leave_band(void *context, uint32_t band)
     const struct stepping *it = context;
     const struct candidates *candidates = it->candidates;
     const struct statistics *statistics = candidates->statistics;
+    struct hidden *hidden = candidates->errors->hidden;
     size_t end = band_first_pixel(statistics->canvas, band + 1);
     for (size_t i = band_first_pixel(statistics->canvas, band); i < end; i++) {
-        if (!pixel_errors_is_open(candidates->errors, i)) continue;
-        if (!is_warned(candidates, i, it->limit))
-            pixel_errors_leave(candidates->errors, i);
+        if (!hidden_is_open(hidden, i)) continue;
+        float predicted_rms = pixel_errors_predicted_rms(candidates->errors, i);
+        if (!is_warned(candidates, i, predicted_rms, it->limit))
+            hidden_leave(hidden, i, predicted_rms);
         else if (it->next[i] == statistics->level[i])
-            pixel_errors_leave_warned(candidates->errors, i);
+            hidden_leave_warned(hidden, i);
     }
 }
 
@@ -173,6 +175,6 @@ struct refined refine_levels(const struct candidates *candidates, double limit, 
     free(it.bands);
     if (all.pixels == 0) return all;
     thread_pool_for(candidates->pool, bands, leave_band, &it);
-    pixel_errors_leave_done(candidates->errors);
+    pixel_errors_left(candidates->errors);
     return all;
 }

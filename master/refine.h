@@ -34,7 +34,7 @@ struct refined {
 };
 
 /* Sets in next the level of each pixel after the pass: its own, or a higher one where the limit asks for it. If any
- * pixel goes up, the errors record which pixels their neighbourhood leaves where they are (pixel_errors_leave()). */
+ * pixel goes up, the errors record which pixels their neighbourhood leaves where they are (hidden_leave()). */
 struct refined refine_levels(const struct candidates *candidates, double limit, uint8_t *next);
 
 /* The effort of all samples beyond pixels' first ones, those that are there included, if a single pass took every pixel

@@ -146,8 +146,7 @@ static double seconds_to(const struct watch *watch, double goal, uint32_t max_sa
 static struct error_forecast forecast_to(const struct watch *watch, const struct error_point *now,
                                          double goal)
 {
-    uint32_t max_samples = adaptive_max_samples(watch->adaptive);
-    return error_forecast_to(now, goal, seconds_to(watch, goal, max_samples));
+    return error_forecast_to(now, goal, seconds_to(watch, goal, watch->samples));
 }
 
 /* Half of the error is beyond max_samples. Tells of the target, if it was missed, or else of that half. No seconds are
@@ -159,7 +158,7 @@ static struct error_forecast forecast_beyond(const struct watch *watch,
     double target = adaptive_target(watch->adaptive);
     double goal = target > 0 && target < now->rmse ? target : now->rmse / 2;
     struct error_forecast forecast = forecast_to(watch, now, goal);
-    uint32_t most = adaptive_max_samples(watch->adaptive);
+    uint32_t most = watch->samples;
     while (forecast.beyond && forecast.max_samples == 0 && most <= SAMPLES_MAX / 2) {
         most *= 2;
         if (seconds_to(watch, goal, most) < HUGE_VAL) forecast.max_samples = most;
@@ -212,14 +211,9 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
     return false;
 }
 
-void watch_leave_file(struct watch *watch)
-{
-    snapshot_end(&watch->snapshot);
-}
-
 void watch_free(struct watch *watch)
 {
-    watch_leave_file(watch);
+    snapshot_end(&watch->snapshot);
     if (watch->csv) fclose(watch->csv);
     watch->csv = NULL;
     error_log_free(&watch->log);

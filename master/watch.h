@@ -16,7 +16,7 @@ struct watch {
     const struct canvas *canvas;
     const struct canvas *reference; /* of the same size; NULL: none */
     struct adaptive *adaptive;      /* NULL: every pixel gets `samples` samples */
-    uint32_t samples;
+    uint32_t samples;               /* the most that a pixel may get */
     uint32_t first_samples;   /* samples per pixel of the first pass, where there are several */
     double begin;             /* start of the program: a time of common/clock.h */
     struct snapshot snapshot; /* the picture so far: its path, and the seconds between two */
@@ -44,9 +44,6 @@ void watch_look(struct watch *watch, double now);
 
 /* Adds the row that follows a complete pass. */
 void watch_pass(struct watch *watch, double now);
-
-/* Writes no more pictures: from now on their file is the caller's. */
-void watch_leave_file(struct watch *watch);
 
 /*
  * Adds the last row, and predicts what a smaller error would cost. render_s: seconds of rendering of all that

@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 #include "common/scene.h"
-#include "master/adaptive.h"
+#include "master/adaptive_state.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
 
@@ -22,7 +22,8 @@ static inline struct view view_of(uint32_t min_samples, uint32_t max_samples)
 
 static inline double forecast_of(struct adaptive *adaptive, double rmse, double power)
 {
-    return adaptive_forecast(adaptive, rmse, power, adaptive_max_samples(adaptive));
+    const struct levels *levels = &adaptive->statistics.levels;
+    return adaptive_forecast(adaptive, rmse, power, (uint32_t)levels->samples[levels->last]);
 }
 
 #endif

@@ -48,16 +48,14 @@ static void test_seconds_of_later_samples(void **state)
     assert_true(isnan(effort_seconds_per_unit(&effort)));
     double unit = effort_between(&effort, 0, 1); /* 4 samples, here as between levels 1 and 2 */
     effort_add(&effort, 0, 1, 10);
-    effort_add_seconds(&effort, true, 50 * unit);
+    effort.on_first.seconds += 50 * unit;
     assert_close(effort_seconds_per_unit(&effort), 1.26 * 5, 1e-12);
     effort_add(&effort, 1, 2, 2);
-    effort_add_seconds(&effort, false, 4 * unit);
+    effort.on_later.seconds += 4 * unit;
     assert_close(effort_seconds_per_unit(&effort), (1.26 * 5 + 2) / 2, 1e-12);
     effort_add(&effort, 1, 2, 1e15);
-    effort_add_seconds(&effort, false, 3e15 * unit);
+    effort.on_later.seconds += 3e15 * unit;
     assert_close(effort_seconds_per_unit(&effort), 3, 1e-12);
-    assert_close(effort_first_seconds(&effort), 50 * unit, 1e-12);
-    assert_close(effort_later_seconds(&effort), (4 + 3e15) * unit, 1e-12);
 }
 
 int main(void)
