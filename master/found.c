@@ -34,7 +34,9 @@ uint32_t found_add(struct found *found, const struct found_tile *tile)
     found->tiles[found->count++] = *tile;
     if (tile->tile.pass > 0) return 0;
     coverage_add(&found->all, &tile->tile);
-    return coverage_add(&found->unused, &tile->tile);
+    uint32_t pixels = coverage_add(&found->unused, &tile->tile);
+    found->pixels += pixels;
+    return pixels;
 }
 
 uint32_t found_use(struct found *found, const struct tile *tile)

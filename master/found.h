@@ -24,6 +24,7 @@ struct found {
     struct coverage all;    /* used and unused ones */
     struct found_tile *tiles;
     size_t count;
+    uint64_t pixels; /* that were found, each counted once */
 };
 
 /* Starts with nothing found in a region of this size. */

@@ -5,9 +5,9 @@
 #include "master/command_line.h"
 #include "master/run.h"
 
-static uint32_t saved_pixels(void *save, const struct tile *tile)
+static uint32_t use_found(void *found, const struct tile *tile)
 {
-    return save_use(save, tile);
+    return found_use(found, tile);
 }
 
 double per_cent(const struct run *run, uint64_t pixels)
@@ -49,21 +49,21 @@ static uint64_t pixels_in(const struct run *run)
 /* Takes over what an earlier run has left. */
 static void resume(struct run *run)
 {
-    struct save_found found = save_found(run->save);
+    struct found *found = save_found(run->save);
     /* After pass 0 nothing of it is rendered any more, even if it was cut off. */
     bool behind = run->adaptive && adaptive_passes(run->adaptive) > 1;
-    if (!found.pixels && !behind) return;
-    queue_skip(run->queue, saved_pixels, run->save);
+    if (!found->pixels && !behind) return;
+    queue_skip(run->queue, use_found, found);
     if (behind) {
-        save_use_all(run->save);
+        found_use_all(found);
         queue_withdraw(run->queue);
     }
     struct queue_count count = queue_count(run->queue);
-    struct found_sums used = save_used(run->save);
+    struct found_sums used = found_sum(found);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
         .pixels = behind ? pixels_in(run) : count.pixels_finished,
-        .records = found.records,
+        .records = found->count,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
         /* CPU time, as wall time would count the time slices of other ranks that shared cores then. */
@@ -71,7 +71,7 @@ static void resume(struct run *run)
         .repeated_s = used.repeated_s,
         .counts = used.counts,
     };
-    tell_resumed(run, found.pixels);
+    tell_resumed(run, found->pixels);
 }
 
 /* Pixels that count as one tile when space is reserved for what a cut-off pass 0 has left. Most lattices have fewer

@@ -58,8 +58,7 @@ struct save {
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
     /* A pass that cannot be planned as its records in the journal say; 0: none. */
     uint32_t refused_pass;
-    uint64_t found_pixels; /* each counted once */
-    struct found tiles;    /* tiles that were found; from save_start() on only which pixels */
+    struct found found;
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
@@ -139,14 +138,12 @@ static bool part_valid(struct save *save, const struct journal_record *record,
            head->plan == adaptive_plan_hash(save->adaptive, tile);
 }
 
-/* Notes a record; returns how many of its pixels were not found before: 0 in passes after the first. */
+/* Notes a record; returns what found_add() does. */
 static uint32_t note(struct save *save, const struct journal_record *record,
                      const struct tile_head *head)
 {
     struct found_tile tile = {record->tile, record->seconds, head->cpu_s, head->counts};
-    uint32_t pixels = found_add(&save->tiles, &tile);
-    save->found_pixels += pixels;
-    return pixels;
+    return found_add(&save->found, &tile);
 }
 
 static bool take_part(struct save *save, const struct journal_record *record)
@@ -334,7 +331,7 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
     struct save *save = allocate_zeroed(1, sizeof *save);
     save->canvas = canvas;
     save->adaptive = adaptive;
-    found_init(&save->tiles, canvas->width, canvas->height);
+    found_init(&save->found, canvas->width, canvas->height);
     struct journal_reader reader = {
         .take = take_record,
         .state = save,
@@ -342,39 +339,19 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
     };
     save->journal = journal_open(path, picture_hash(scene, adaptive), &reader);
     if (save->journal) return save;
-    found_free(&save->tiles);
+    found_free(&save->found);
     free(save);
     return NULL;
 }
 
-struct save_found save_found(const struct save *save)
+struct found *save_found(struct save *save)
 {
-    return (struct save_found){journal_found(save->journal).records, save->found_pixels};
+    return &save->found;
 }
 
 bool save_was_empty(const struct save *save)
 {
     return journal_was_empty(save->journal);
-}
-
-uint32_t save_use(struct save *save, const struct tile *tile)
-{
-    return found_use(&save->tiles, tile);
-}
-
-void save_use_all(struct save *save)
-{
-    found_use_all(&save->tiles);
-}
-
-struct found_sums save_used(struct save *save)
-{
-    return found_sum(&save->tiles);
-}
-
-const struct coverage *save_coverage(const struct save *save)
-{
-    return save ? &save->tiles.all : NULL;
 }
 
 /* Bytes that further tiles and pixels take. The queue may split tiles: four times as many are ample. How many
@@ -399,7 +376,7 @@ bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
 void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
-    found_close(&save->tiles);
+    found_close(&save->found);
     save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -438,7 +415,7 @@ void save_finish(struct save *save)
 
 static void destroy(struct save *save)
 {
-    found_free(&save->tiles);
+    found_free(&save->found);
     list_drop(&save->waiting, save->waiting.count);
     free(save->come.items);
     free(save->waiting.items);

@@ -2,8 +2,8 @@
  * Saves finished tiles. What an earlier run left in its journal is put into the picture, and what this run
  * finishes goes into the journal, written by a thread of its own, so that a slow disk holds nothing up.
  *
- *   save_open() --> save_use() ... --> save_start() --> save_tile() ... --> save_finish()
- *                                                                    --> save_keep() or save_drop()
+ *   save_open() --> save_found() --> save_start() --> save_tile() ... --> save_finish()
+ *                                                                     --> save_keep() or save_drop()
  *
  * A tile is in the file within a few hundredths of a second. In the first second nothing is written, so that
  * short runs write nothing. If a run ends regularly, what is not written yet is written then.
@@ -20,12 +20,6 @@
 #include "master/canvas.h"
 #include "master/found.h"
 
-/* What an earlier run has left. */
-struct save_found {
-    uint64_t records; /* good records in the journal */
-    uint64_t pixels;  /* each counted once */
-};
-
 struct save;
 
 /*
@@ -37,23 +31,12 @@ struct save;
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
                        struct adaptive *adaptive);
 
-struct save_found save_found(const struct save *save);
+/* What an earlier run has left, to be used by this one until save_start(); from then on only `all` of it. Valid as long
+ * as save is. */
+struct found *save_found(struct save *save);
 
 /* Whether the journal held nothing when it was opened: nothing is lost with it before save_start(). */
 bool save_was_empty(const struct save *save);
-
-/* found_use() on what was found: how many pixels of a tile were found; until save_start(). */
-uint32_t save_use(struct save *save, const struct tile *tile);
-
-/* found_use_all(): all that was found counts as used; until save_start(). */
-void save_use_all(struct save *save);
-
-/* found_sum(): the sums of what is used; to be called once, until save_start(). */
-struct found_sums save_used(struct save *save);
-
-/* The pixels that an earlier run has left, including those that are rendered again with the rest of their tiles.
- * Valid as long as save is. NULL if save is NULL. */
-const struct coverage *save_coverage(const struct save *save);
 
 /* Whether the disk has room for this number of further tiles and pixels; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);

@@ -210,7 +210,7 @@ static void fill_waits(struct server *server)
 static uint8_t *find_known(const struct service *service)
 {
     size_t pixels = canvas_pixels(service->canvas);
-    const struct coverage *there = save_coverage(service->save);
+    const struct coverage *there = service->save ? &save_found(service->save)->all : NULL;
     uint8_t *known = memset(allocate(pixels, 1), 1, pixels);
     uint32_t next = 0;
     struct tile tile;

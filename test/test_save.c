@@ -79,22 +79,21 @@ static void test_tiles_come_back(void **state)
     keep(save);
     assert_true(clock_wall() - begin < 0.9); /* the thread would have looked after a second */
     save = open_save(*state, &again, NULL);
-    struct save_found found = save_found(save);
-    assert_true(found.records == 3 && found.pixels == 2 * EDGE * EDGE);
+    struct found *found = save_found(save);
+    assert_true(found->count == 3 && found->pixels == 2 * EDGE * EDGE);
     check_columns(&again, &whole, 0, 2 * EDGE);
     struct tile first = tile_at(0, EDGE, 0), wider = tile_at(EDGE, EDGE + 1, 0);
-    assert_int_equal(save_use(save, &first), EDGE * EDGE);
-    assert_int_equal(save_use(save, &wider), EDGE * EDGE);
+    assert_int_equal(found_use(found, &first), EDGE * EDGE);
+    assert_int_equal(found_use(found, &wider), EDGE * EDGE);
     /* A tile that is not there completely is rendered again, and its earlier time is not counted. */
-    struct found_sums sums = save_used(save);
+    struct found_sums sums = found_sum(found);
     assert_true(sums.busy_s == 1 && sums.cpu_s == 0.5 && sums.repeated_s == 1);
     assert_true(sums.counts.rays[0] == 10 * EDGE * EDGE);
     save_start(save, 1, EDGE * EDGE);
     /* But its pixels are in the picture. */
     struct tile all = tile_at(0, WIDTH, 0);
-    assert_int_equal(coverage_count(save_coverage(save), &wider), EDGE * EDGE);
-    assert_int_equal(coverage_count(save_coverage(save), &all), 2 * EDGE * EDGE);
-    assert_null(save_coverage(NULL));
+    assert_int_equal(coverage_count(&found->all, &wider), EDGE * EDGE);
+    assert_int_equal(coverage_count(&found->all, &all), 2 * EDGE * EDGE);
     save_drop(save);
     assert_int_equal(access(PATH, F_OK), -1);
     canvas_free(&whole);
@@ -146,12 +145,13 @@ static void check_passes(struct scratch *s, double left_s)
     render(&first, 0, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    struct save_found found = save_found(next.save);
-    assert_true(found.records == 7 && found.pixels == PIXELS);
+    const struct found *found = save_found(next.save);
+    assert_true(found->count == 7 && found->pixels == PIXELS);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(fabs(adaptive_seconds(next.adaptive) - (1 + 0.5 + 0.75 + 3)) < 1e-12);
-    assert_true(save_used(next.save).busy_s == 3 * 2); /* pass 0 is asked for tile by tile */
+    assert_true(found_sum(save_found(next.save)).busy_s ==
+                3 * 2); /* pass 0 is asked for tile by tile */
     save_drop(next.save);
     run_close(&first);
     run_close(&next);
@@ -180,13 +180,14 @@ static void test_lattices_come_back(void **state)
     uint64_t unsampled = adaptive_unsampled(first.adaptive);
     assert_true(unsampled > 0 && unsampled < PIXELS - 2 * EDGE * EDGE);
     run_open(&next, s, 1e-3);
-    struct save_found found = save_found(next.save);
-    assert_true(found.records == 3 && found.pixels == EDGE * EDGE);
+    const struct found *found = save_found(next.save);
+    assert_true(found->count == 3 && found->pixels == EDGE * EDGE);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_int_equal(adaptive_unsampled(next.adaptive), unsampled);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
-    save_use_all(next.save);
-    assert_true(save_used(next.save).busy_s == 3 * 2 && save_used(next.save).repeated_s == 0);
+    found_use_all(save_found(next.save));
+    assert_true(found_sum(save_found(next.save)).busy_s == 3 * 2 &&
+                found_sum(save_found(next.save)).repeated_s == 0);
     save_drop(next.save);
     run_close(&first);
     run_close(&next);
@@ -206,8 +207,8 @@ static void test_lattices_alone_come_back(void **state)
     render(&first, EDGE, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    struct save_found found = save_found(next.save);
-    assert_true(found.records == 1 && found.pixels == 0);
+    const struct found *found = save_found(next.save);
+    assert_true(found->count == 1 && found->pixels == 0);
     assert_int_equal(adaptive_passes(next.adaptive), 2);
     uint64_t unsampled = adaptive_unsampled(next.adaptive);
     assert_true(unsampled < PIXELS && unsampled > PIXELS - EDGE * EDGE);
@@ -228,7 +229,7 @@ static void test_lost_below(void **state)
     render(&first, 2 * EDGE, EDGE, true);
     keep(first.save);
     run_open(&next, s, 1e-3);
-    assert_int_equal(save_found(next.save).pixels, EDGE * EDGE);
+    assert_int_equal(save_found(next.save)->pixels, EDGE * EDGE);
     assert_non_null(strstr(s->said, "cannot be used"));
     save_drop(next.save);
     run_close(&first);
@@ -258,7 +259,7 @@ static void check_refused(struct scratch *s, bool adaptive, uint32_t x, uint32_t
         canvas_init(&canvas, again ? width : WIDTH, EDGE);
         struct adaptive *plan = adaptive ? adaptive_create(&view, &canvas, 1e-3) : NULL;
         struct save *save = open_save(s, &canvas, plan);
-        assert_int_equal(save_found(save).records, 0);
+        assert_int_equal(save_found(save)->count, 0);
         assert_int_equal(strstr(s->said, "cannot be used") != NULL, again);
         save_start(save, TILES, PIXELS);
         if (again)
@@ -308,7 +309,7 @@ static void test_other_target(void **state)
     render(&first, 0, WIDTH, true);
     keep(first.save);
     run_open(&next, s, 2e-3);
-    assert_int_equal(save_found(next.save).records, 0);
+    assert_int_equal(save_found(next.save)->count, 0);
     assert_non_null(strstr(s->said, "another picture"));
     save_drop(next.save);
     assert_int_equal(unlink(PATH ".1"), 0);
