@@ -24,6 +24,17 @@ find_points find_on_exits; /* sides of cones that the ray starts on */
 find_points find_on_caps;  /* of cones */
 find_points find_on_flats; /* discs and planes */
 
+/* Defines such a function: gather(), of the same type, fetches what defines the surfaces; then of_one() is called for
+ * each lane. */
+#define FIND_IN_LANES(name, gather, of_one)                                                        \
+    IN_LANES(name##_lanes, points, of_one)                                                         \
+    void name(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,     \
+              struct points *points)                                                               \
+    {                                                                                              \
+        gather(scene, hits, begin, end, points);                                                   \
+        name##_lanes(points, begin, end);                                                          \
+    }
+
 /* Stores a point and its normals. */
 static inline void put_surface(struct points *points, uint32_t i, const struct place *place,
                                struct vec3 normal, bool sure)

@@ -45,14 +45,7 @@ static inline void find_sphere(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-IN_LANES(find_spheres, points, find_sphere)
-
-void find_on_spheres(const struct scene *scene, const struct hit *hits, uint32_t begin,
-                     uint32_t end, struct points *points)
-{
-    gather_spheres(scene, hits, begin, end, points);
-    find_spheres(points, begin, end);
-}
+FIND_IN_LANES(find_on_spheres, gather_spheres, find_sphere)
 
 /* ---- lines and planes ---- */
 
@@ -124,22 +117,8 @@ static inline void find_exit(struct points *points, uint32_t i)
     find_on_side(points, i, true);
 }
 
-IN_LANES(find_sides, points, find_side)
-IN_LANES(find_exits, points, find_exit)
-
-void find_on_sides(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
-                   struct points *points)
-{
-    gather_cones(scene, hits, begin, end, points);
-    find_sides(points, begin, end);
-}
-
-void find_on_exits(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
-                   struct points *points)
-{
-    gather_cones(scene, hits, begin, end, points);
-    find_exits(points, begin, end);
-}
+FIND_IN_LANES(find_on_sides, gather_cones, find_side)
+FIND_IN_LANES(find_on_exits, gather_cones, find_exit)
 
 /*
  * cone_point() and cone_normal() on a cap. The distance of the cap differs from that of the hit if the hit is
@@ -159,14 +138,7 @@ static inline void find_cap(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-IN_LANES(find_caps, points, find_cap)
-
-void find_on_caps(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
-                  struct points *points)
-{
-    gather_cones(scene, hits, begin, end, points);
-    find_caps(points, begin, end);
-}
+FIND_IN_LANES(find_on_caps, gather_cones, find_cap)
 
 /* ---- discs and planes ---- */
 
@@ -190,11 +162,4 @@ static inline void find_flat(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-IN_LANES(find_flats, points, find_flat)
-
-void find_on_flats(const struct scene *scene, const struct hit *hits, uint32_t begin, uint32_t end,
-                   struct points *points)
-{
-    gather_flats(scene, hits, begin, end, points);
-    find_flats(points, begin, end);
-}
+FIND_IN_LANES(find_on_flats, gather_flats, find_flat)

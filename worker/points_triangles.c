@@ -192,11 +192,4 @@ static inline void interpolate_normal(struct points *points, uint32_t i)
     points->sure[i] = truth(sure);
 }
 
-IN_LANES(interpolate_normals, points, interpolate_normal)
-
-void find_patch_normals(const struct scene *scene, const struct hit *hits, uint32_t begin,
-                        uint32_t end, struct points *points)
-{
-    gather_normals(scene, hits, begin, end, points);
-    interpolate_normals(points, begin, end);
-}
+FIND_IN_LANES(find_patch_normals, gather_normals, interpolate_normal)
