@@ -262,13 +262,13 @@ const enum schedule apart_schedules[APART_SCHEDULES] = {
     [APART_CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
 };
 
-double share_sum(const struct share_config *config, uint32_t renderer,
+double share_sum(const struct queue_config *config, uint32_t renderer,
                  double (*cost)(const void *, const struct tile *), const void *context)
 {
     struct shares shares;
     struct tile tile;
     double sum = 0;
-    share_init(&shares, config, QUEUE_MAX_TILES);
+    share_init(&shares, config);
     while (share_next(&shares, renderer, &tile))
         sum += cost(context, &tile);
     share_free(&shares);
@@ -283,7 +283,7 @@ static double cost_in_view(const void *context, const struct tile *tile)
 double costs_of_share(const struct picture_costs *view, enum schedule schedule, uint32_t renderers,
                       uint32_t renderer)
 {
-    struct share_config config = {.schedule = schedule,
+    struct queue_config config = {.schedule = schedule,
                                   .width = costs_width(view),
                                   .height = costs_height(view),
                                   .renderers = renderers};

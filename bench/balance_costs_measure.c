@@ -91,7 +91,7 @@ static double seconds_of(const void *context, const struct tile *tile)
 static void measure_shares(const struct cost_target *target, struct rounds *rounds, size_t block)
 {
     for (size_t i = block; i < SHARES; i += level_tiles(target->map, COST_LEVELS - 1)) {
-        struct share_config config = {.schedule = apart_schedules[i % APART_SCHEDULES],
+        struct queue_config config = {.schedule = apart_schedules[i % APART_SCHEDULES],
                                       .width = target->map->width,
                                       .height = target->map->height,
                                       .renderers = (uint32_t)(i / APART_SCHEDULES)};

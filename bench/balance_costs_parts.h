@@ -17,7 +17,7 @@ struct tile level_tile(const struct tile_costs *map, unsigned level, size_t i);
 extern const enum schedule apart_schedules[APART_SCHEDULES];
 
 /* The sum of the seconds that cost() returns for each tile of a renderer's share, in their order. */
-double share_sum(const struct share_config *config, uint32_t renderer,
+double share_sum(const struct queue_config *config, uint32_t renderer,
                  double (*cost)(const void *, const struct tile *), const void *context);
 
 #endif

@@ -154,12 +154,7 @@ static bool start_items(struct queue *queue)
 
 static bool start_shares(struct queue *queue)
 {
-    struct share_config config = {.schedule = queue->config.schedule,
-                                  .width = queue->config.width,
-                                  .height = queue->config.height,
-                                  .renderers = queue->config.renderers,
-                                  .rows = queue->config.tile_edge};
-    share_init(&queue->shares, &config, QUEUE_MAX_TILES);
+    share_init(&queue->shares, &queue->config);
     if (queue->shares.ids > QUEUE_MAX_TILES) return false;
     uint32_t ids = (uint32_t)queue->shares.ids;
     for (uint32_t id = 0; id < ids; id++) {

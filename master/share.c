@@ -55,10 +55,10 @@ bool share_has_pixels(const struct tile *tile)
 
 /* The rows of a band: as configured, or for about `pixels` pixels; at least 1, and at most those of the picture or
  * those that fit into a tile. */
-static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
+static uint32_t band_rows(const struct queue_config *config, uint64_t pixels)
 {
     uint32_t width = config->width, most = smaller(config->height, TILE_MAX_PIXELS / width);
-    uint64_t rows = config->rows ? config->rows : pixels / width;
+    uint64_t rows = config->tile_edge ? config->tile_edge : pixels / width;
     return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
 }
 
@@ -72,7 +72,7 @@ static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 #define BANDS_SHOWN 16u
 
 /* Pixels of a renderer's part of a band. */
-static uint32_t band_pixels(const struct share_config *config)
+static uint32_t band_pixels(const struct queue_config *config)
 {
     uint64_t share = (uint64_t)config->width * config->height / config->renderers / BANDS_SHOWN;
     return share < BAND_LEAST ? BAND_LEAST : share > BAND_PIXELS ? BAND_PIXELS : (uint32_t)share;
@@ -101,12 +101,12 @@ static void lay_out_strips(struct shares *shares)
 }
 
 /* One tile of every band for each renderer (cyclic), or every P-th band (cyclic-rows). */
-static void lay_out_turns(struct shares *shares, uint64_t ids, uint64_t most)
+static void lay_out_turns(struct shares *shares, uint64_t ids)
 {
     uint32_t renderers = shares->config.renderers;
     shares->ids = ids;
     shares->stride = renderers;
-    if (ids > most) return;
+    if (ids > QUEUE_MAX_TILES) return;
     for (uint32_t r = 0; r < renderers; r++)
         shares->cursors[r] = (struct share_cursor){.next = r, .end = (uint32_t)ids};
 }
@@ -129,7 +129,7 @@ static void count_pixels(struct shares *shares)
     }
 }
 
-void share_init(struct shares *shares, const struct share_config *config, uint64_t most)
+void share_init(struct shares *shares, const struct queue_config *config)
 {
     uint32_t renderers = config->renderers;
     *shares = (struct shares){.config = *config, .stride = 1};
@@ -140,12 +140,12 @@ void share_init(struct shares *shares, const struct share_config *config, uint64
     } else if (config->schedule == SCHEDULE_CYCLIC) {
         shares->band_rows = band_rows(config, (uint64_t)band_pixels(config) * renderers);
         uint64_t bands = divide_up(config->height, shares->band_rows);
-        lay_out_turns(shares, bands * renderers, most);
+        lay_out_turns(shares, bands * renderers);
     } else {
         shares->band_rows = band_rows(config, 1);
-        lay_out_turns(shares, divide_up(config->height, shares->band_rows), most);
+        lay_out_turns(shares, divide_up(config->height, shares->band_rows));
     }
-    if (shares->ids > most) return;
+    if (shares->ids > QUEUE_MAX_TILES) return;
     shares->finished = allocate_zeroed(shares->ids, sizeof *shares->finished);
     count_pixels(shares);
 }

@@ -11,18 +11,9 @@
 
 #include <stdbool.h>
 
-#include "common/schedule.h"
 #include "common/tile.h"
 #include "master/outlook.h"
-
-struct share_config {
-    enum schedule schedule; /* one of those above */
-    uint32_t width, height; /* of the rendered region, pixels, at least 1 */
-    uint32_t renderers;     /* at least 1 */
-    /* Rows of a band; 0: chosen by the size of a share (share.c). cyclic-rows: rows of a
-     * renderer's turn; 0: 1. */
-    uint32_t rows;
-};
+#include "master/queue.h"
 
 /* The ids of one renderer's tiles: next, next + stride, ... while below end. */
 struct share_cursor {
@@ -37,7 +28,8 @@ struct share_work {
 };
 
 struct shares {
-    struct share_config config;
+    struct queue_config
+        config; /* tile_edge: rows of a band, of a turn under cyclic-rows; 0: automatic (share.c), 1 */
     uint64_t ids;       /* under cyclic some of them have no pixels */
     uint32_t stride;    /* between the ids of one renderer's share */
     uint32_t band_rows; /* of each band but the last one (strips: of each strip) */
@@ -50,8 +42,9 @@ struct shares {
     bool *finished;       /* per id; what is finished is not handed out */
 };
 
-/* Sets up the shares, with no work done. If there are more than `most` tiles, only ids is valid. */
-void share_init(struct shares *shares, const struct share_config *config, uint64_t most);
+/* Sets up the shares under one of these schedules, with no work done. If there are more than QUEUE_MAX_TILES tiles,
+ * only ids is valid. */
+void share_init(struct shares *shares, const struct queue_config *config);
 void share_free(struct shares *shares);
 
 /* The tile of this id. If it begins after the last pixel of its band (share_has_pixels() is false), it has no
