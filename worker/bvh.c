@@ -93,7 +93,7 @@ struct part {
 struct collection {
     const struct bvh_input *input;
     const struct bvh_trees *trees;
-    const struct bvh_slivers *slivers;
+    const uint8_t *halvings; /* bvh_slivers_find() */
     uint32_t tree;
     struct part *parts;
 };
@@ -152,8 +152,7 @@ static uint32_t cut(const struct bvh_input *input, struct item *item, unsigned h
 
 static INLINED unsigned halvings_of(const struct collection *all, uint64_t index)
 {
-    const uint8_t *halvings = all->slivers->halvings;
-    return halvings ? halvings[index] : 0;
+    return all->halvings ? all->halvings[index] : 0;
 }
 
 /* Cuts triangles only to count their pieces: where the next part's items begin must be known before any are stored. */
@@ -199,10 +198,10 @@ static void collect_part(void *context, uint32_t iteration)
 }
 
 static struct range collect_items(const struct bvh_input *input, const struct bvh_trees *trees,
-                                  const struct bvh_slivers *slivers, uint32_t tree)
+                                  const uint8_t *halvings, uint32_t tree)
 {
     uint32_t parts = divide_up((uint32_t)bounded_count(input->scene), CHUNK_ITEMS), uncut = 0;
-    struct collection all = {input, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
+    struct collection all = {input, trees, halvings, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
     thread_pool_for(input->pool, parts, count_part, &all);
     for (uint32_t i = 0, first = 0; i < parts; i++) {
@@ -245,9 +244,9 @@ static struct bvh *empty_tree(const struct scene *scene, void *memory)
 
 /* Builds a tree; returns the offset from its start at which the next one may begin. */
 static size_t build_tree(const struct bvh_input *input, const struct bvh_trees *trees,
-                         const struct bvh_slivers *slivers, uint32_t tree, struct bvh *bvh)
+                         const uint8_t *halvings, uint32_t tree, struct bvh *bvh)
 {
-    struct range all = collect_items(input, trees, slivers, tree);
+    struct range all = collect_items(input, trees, halvings, tree);
     write_bounds(bvh, &all.extent);
     struct bvh_node *nodes = (void *)((char *)bvh + bvh->nodes_offset);
     uint32_t node_count = bvh_build_nodes(input, &all, nodes);
@@ -299,7 +298,7 @@ static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t o
 }
 
 static void build_trees(struct bvh_input *input, const struct bvh_trees *trees,
-                        const struct bvh_slivers *slivers, struct bvh *first)
+                        const uint8_t *halvings, struct bvh *first)
 {
     struct bvh *bvh = first;
     size_t bytes = 0;
@@ -307,7 +306,7 @@ static void build_trees(struct bvh_input *input, const struct bvh_trees *trees,
         if (tree > 0) bvh = empty_tree(input->scene, (char *)first + bytes);
         memcpy(bvh->center, trees->center[tree], sizeof bvh->center);
         input->center = bvh->center;
-        size_t end = build_tree(input, trees, slivers, tree, bvh);
+        size_t end = build_tree(input, trees, halvings, tree, bvh);
         bytes += end;
         if (tree + 1 < trees->count) bvh->next_offset = end;
     }
@@ -323,15 +322,14 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     if (weight_bound(scene) > UINT32_MAX) fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct bvh_trees trees;
-    struct bvh_slivers slivers;
     struct bvh_input input = {.scene = scene,
                               .items =
                                   allocate_large((size_t)leaf_bound(scene) * sizeof *input.items),
                               .pool = threads > 1 ? thread_pool_create(threads) : NULL};
     bvh_trees_find(scene, input.pool, &trees);
-    bvh_slivers_find(scene, input.pool, &trees, &slivers);
-    build_trees(&input, &trees, &slivers, bvh);
-    bvh_slivers_free(&slivers);
+    uint8_t *halvings = bvh_slivers_find(scene, input.pool, &trees);
+    build_trees(&input, &trees, halvings, bvh);
+    free(halvings);
     bvh_trees_free(&trees);
     if (input.pool) thread_pool_destroy(input.pool);
     free(input.items);

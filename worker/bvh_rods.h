@@ -13,7 +13,7 @@
 double rod_waste(const struct cone *cone);
 
 /*
- * Sets the number of halvings (struct bvh_slivers) to 0 for rods that cutting does not separate: in a bundle that is no
+ * Sets the number of halvings (bvh_slivers_find()) to 0 for rods that cutting does not separate: in a bundle that is no
  * wider than a piece is long, the box of each piece overlaps pieces of all the other rods. A ray along the bundle would
  * then test all rods again for each piece of one.
  */

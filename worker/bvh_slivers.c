@@ -185,25 +185,19 @@ static void keep_few(const struct scene *scene, uint8_t *halvings)
         if (halvings[i] > most) halvings[i] = most;
 }
 
-void bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
-                      const struct bvh_trees *trees, struct bvh_slivers *slivers)
+uint8_t *bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
+                          const struct bvh_trees *trees)
 {
-    *slivers = (struct bvh_slivers){NULL};
-    if (scene_triangle_count(scene) + scene->primitives[PRIMITIVE_CONE].count < CROWD) return;
+    if (scene_triangle_count(scene) + scene->primitives[PRIMITIVE_CONE].count < CROWD) return NULL;
     uint8_t *halvings = allocate(bounded_count(scene), 1);
     uint32_t found = find_slivers(scene, pool, halvings);
     if (found < CROWD) {
         free(halvings);
-        return;
+        return NULL;
     }
     keep_crowded(scene, trees, found, halvings);
     leave_small_pieces(scene, trees, halvings);
     keep_few(scene, halvings);
     keep_bundles_whole(scene, trees, halvings);
-    slivers->halvings = halvings;
-}
-
-void bvh_slivers_free(struct bvh_slivers *slivers)
-{
-    free(slivers->halvings);
+    return halvings;
 }

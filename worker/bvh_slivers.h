@@ -18,19 +18,14 @@
 /* Repeated halving yields up to 32 pieces. With 16 seven scenes take 2 % longer, with 64 the same. */
 #define HALVINGS_MAX 5
 
-struct bvh_slivers {
-    /* of each bounded primitive, see bounded_id(); owned; NULL: none is cut */
-    uint8_t *halvings;
-};
-
 /* Upper bounds on the number of pieces that are added to the primitives of a scene, and on how many of them are of
  * rods. */
 uint64_t sliver_pieces_bound(const struct scene *scene);
 uint64_t rod_pieces_bound(const struct scene *scene);
 
-/* The result does not depend on the pool, which may be NULL. *slivers: free it with bvh_slivers_free(). */
-void bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
-                      const struct bvh_trees *trees, struct bvh_slivers *slivers);
-void bvh_slivers_free(struct bvh_slivers *slivers);
+/* How often each bounded primitive (bounded_id()) is to be halved; the caller frees the array. NULL: none is. The
+ * result does not depend on the pool, which may be NULL. */
+uint8_t *bvh_slivers_find(const struct scene *scene, struct thread_pool *pool,
+                          const struct bvh_trees *trees);
 
 #endif
