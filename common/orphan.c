@@ -24,10 +24,10 @@ void orphan_leave(double silence, double patience)
     fatal("nothing has come for %.0f s, and what had started this rank is gone", silence);
 }
 
-/* Takes the semaphore if it is posted within so many seconds, however often signals interrupt the waiting. */
-static bool take_within(sem_t *posted, double seconds)
+/* Takes the semaphore if it is posted within LOOK_EVERY, however often signals interrupt the waiting. */
+static bool take_soon(sem_t *posted)
 {
-    struct timespec until = clock_span(clock_wall() + seconds);
+    struct timespec until = clock_span(clock_wall() + LOOK_EVERY);
     while (sem_clockwait(posted, CLOCK_MONOTONIC, &until) != 0) {
         if (errno == ETIMEDOUT) return false;
         if (errno != EINTR) fatal("cannot wait for another process: %s", strerror(errno));
@@ -39,7 +39,7 @@ static bool take_within(sem_t *posted, double seconds)
 void orphan_wait(sem_t *posted, double patience)
 {
     double silence = 0;
-    while (!take_within(posted, LOOK_EVERY)) {
+    while (!take_soon(posted)) {
         silence += LOOK_EVERY;
         orphan_leave(silence, patience);
     }
