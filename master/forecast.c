@@ -67,85 +67,86 @@ static bool is_power_of_two(uint32_t samples)
 }
 
 /* The arguments of error_forecast(). */
-struct halfway {
+struct observation {
     const struct error_point *points;
     uint32_t samples;
     double goal;
 };
 
-/* Assumed errors of the inputs: of the logarithms of both points' errors, and of the usual slope. */
-struct input_errors {
-    double part, now, slope;
+/* The uncertainty of the inputs is propagated by repeating the computation with one of them perturbed by its standard
+ * deviation. What is added to the inputs: to the logarithms of both points' errors, and to the usual slope. */
+struct perturbation {
+    double first, last, slope;
 };
 
 /* A run with this number of samples, and the error expected of it. */
-struct prospect {
+struct expected_run {
     double samples, rmse;
 };
 
 /* The logarithms of both points' errors, corrected to powers of two; the logarithm of the ratio of their samples; by
  * how much the errors are farther apart than with the usual slope, and the variance of that. */
-struct apart {
-    double part, now, log_ratio;
+struct log_errors {
+    double first, last, log_ratio;
     double too_steep, variance;
 };
 
-static struct apart apart_if_off(const struct halfway *it, struct input_errors off)
+static struct log_errors log_errors_of(const struct observation *it, struct perturbation by)
 {
     const struct error_point *points = it->points;
     uint32_t half = samples_halfway(it->samples);
-    struct apart apart = {.part = log(points[0].rmse) + off.part,
-                          .now = log(points[1].rmse) + off.now,
-                          .log_ratio = log((double)it->samples / half)};
-    if (!is_power_of_two(half)) apart.part -= FORECAST_UNEVEN;
-    if (!is_power_of_two(it->samples)) apart.now -= FORECAST_UNEVEN;
-    apart.too_steep = apart.part - apart.now - (FORECAST_SLOPE + off.slope) * apart.log_ratio;
-    apart.variance = pow(points[0].log_spread, 2) + pow(points[1].log_spread, 2) +
-                     pow(FORECAST_SLOPE_SPREAD * apart.log_ratio, 2);
-    return apart;
+    struct log_errors logs = {.first = log(points[0].rmse) + by.first,
+                              .last = log(points[1].rmse) + by.last,
+                              .log_ratio = log((double)it->samples / half)};
+    if (!is_power_of_two(half)) logs.first -= FORECAST_UNEVEN;
+    if (!is_power_of_two(it->samples)) logs.last -= FORECAST_UNEVEN;
+    logs.too_steep = logs.first - logs.last - (FORECAST_SLOPE + by.slope) * logs.log_ratio;
+    logs.variance = pow(points[0].log_spread, 2) + pow(points[1].log_spread, 2) +
+                    pow(FORECAST_SLOPE_SPREAD * logs.log_ratio, 2);
+    return logs;
 }
 
 /* Whether the error has gone up by more than both errors may be off by, CONTRADICTION standard deviations: a few pixels
  * have most of it, and half of the samples had missed what is in them. */
 #define CONTRADICTION 3
-static bool has_gone_up(const struct halfway *it)
+static bool has_gone_up(const struct observation *it)
 {
-    struct apart apart = apart_if_off(it, (struct input_errors){0});
+    struct log_errors logs = log_errors_of(it, (struct perturbation){0});
     double spread = hypot(it->points[0].log_spread, it->points[1].log_spread);
-    return apart.now - apart.part > CONTRADICTION * spread;
+    return logs.last - logs.first > CONTRADICTION * spread;
 }
 
 /* How the error goes down from the last point on; *at: the logarithm of its error, corrected to powers of two and by
  * the usual slope. false: it does not go down. */
-static bool decline_if_off(const struct halfway *it, struct input_errors off,
-                           struct decline *decline, double *at)
+static bool fit_decline(const struct observation *it, struct perturbation by,
+                        struct decline *decline, double *at)
 {
-    struct apart apart = apart_if_off(it, off);
+    struct log_errors logs = log_errors_of(it, by);
     /* Both errors are moved towards the usual slope, each by its part of the variance. */
-    double step = apart.too_steep / apart.variance;
-    double part = apart.part - step * pow(it->points[0].log_spread, 2);
-    double now = apart.now + step * pow(it->points[1].log_spread, 2);
-    *at = now;
-    if (!(part > now)) return false;
-    *decline = decline_of(exp(apart.log_ratio), exp(2 * (part - now)));
+    double step = logs.too_steep / logs.variance;
+    double first = logs.first - step * pow(it->points[0].log_spread, 2);
+    double last = logs.last + step * pow(it->points[1].log_spread, 2);
+    *at = last;
+    if (!(first > last)) return false;
+    *decline = decline_of(exp(logs.log_ratio), exp(2 * (first - last)));
     return true;
 }
 
 /* The run with the fewest samples, an even number or a power of two, that reach the goal; HUGE_VAL samples: errors do
  * not go down. */
-static struct prospect prospect_if_off(const struct halfway *it, struct input_errors off)
+static struct expected_run shortest_run(const struct observation *it, struct perturbation by)
 {
     struct decline decline;
     double now;
-    if (!decline_if_off(it, off, &decline, &now)) return (struct prospect){HUGE_VAL, 0};
+    if (!fit_decline(it, by, &decline, &now)) return (struct expected_run){HUGE_VAL, 0};
     double left = pow(it->goal, 2) * exp(-2 * now), left_even = fmin(left, 1),
            left_uneven = fmin(left * exp(-2 * FORECAST_UNEVEN), 1);
     double uneven = it->samples * times_samples(&decline, left_uneven);
     double even = exp2(ceil(log2(it->samples * times_samples(&decline, left_even)) - 1e-9));
     double samples = fmin(2 * ceil(uneven / 2), even);
     double above = samples < even ? FORECAST_UNEVEN : 0;
-    return (struct prospect){samples,
-                             exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
+    double left_then = left_after(&decline, samples / it->samples);
+    return (struct expected_run){samples, exp(now + above) * sqrt(left_then)};
 }
 
 /* The logarithm, up to a constant, of the time that this number of samples takes. */
@@ -154,11 +155,11 @@ static double log_effort(double samples)
     return log(samples + FORECAST_ROOT * sqrt(samples));
 }
 
-/* By how much the logarithm of time grows until the goal is reached, along a straight line to the expected run, if the
- * inputs are off by `off`; HUGE_VAL: errors do not go down. */
-static double log_time_if_off(const struct halfway *it, struct input_errors off)
+/* By how much the logarithm of time grows until the goal is reached, along a straight line to the expected run;
+ * HUGE_VAL: errors do not go down. */
+static double log_time_to_goal(const struct observation *it, struct perturbation by)
 {
-    struct prospect to = prospect_if_off(it, off);
+    struct expected_run to = shortest_run(it, by);
     double now = it->points[1].rmse;
     if (!(to.samples < HUGE_VAL)) return HUGE_VAL;
     if (!(it->goal < now && to.rmse < now && to.samples > it->samples)) return 0;
@@ -166,39 +167,40 @@ static double log_time_if_off(const struct halfway *it, struct input_errors off)
     return log_time * log(now / it->goal) / log(now / to.rmse);
 }
 
-/* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for
- * `steep` and `flat`, what log_time_if_off() is then. HUGE_VAL: on the steep side the goal is reached already. */
-static double slope_off(const struct halfway *it, double steep, double flat)
+/* Uncertainty of the slope by one input: half of the difference between the slopes with two opposite perturbations.
+ * HUGE_VAL: on the steep side the goal is reached already. */
+static double slope_uncertainty(const struct observation *it, struct perturbation steep,
+                                struct perturbation flat)
 {
-    return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
+    double slopes_apart = 1 / log_time_to_goal(it, steep) - 1 / log_time_to_goal(it, flat);
+    return log(it->points[1].rmse / it->goal) * slopes_apart / 2;
 }
 
 struct error_forecast error_forecast(const struct error_point points[2], uint32_t samples,
                                      double goal)
 {
-    const struct halfway it = {points, samples, goal};
+    const struct observation it = {points, samples, goal};
+    const struct perturbation none = {0};
     if (has_gone_up(&it)) return law_to(&points[1], goal, 0, 0);
-    double a = points[0].log_spread, b = points[1].log_spread;
-    double s = FORECAST_SLOPE_SPREAD;
-    double of_part = slope_off(&it, log_time_if_off(&it, (struct input_errors){.part = a}),
-                               log_time_if_off(&it, (struct input_errors){.part = -a}));
-    double of_now = slope_off(&it, log_time_if_off(&it, (struct input_errors){.now = -b}),
-                              log_time_if_off(&it, (struct input_errors){.now = b}));
-    double of_slope = slope_off(&it, log_time_if_off(&it, (struct input_errors){.slope = s}),
-                                log_time_if_off(&it, (struct input_errors){.slope = -s}));
-    struct error_forecast forecast =
-        law_to(&points[1], goal, log_time_if_off(&it, (struct input_errors){0}),
-               hypot(hypot(of_part, of_now), of_slope));
-    forecast.samples = prospect_if_off(&it, (struct input_errors){0}).samples;
+    double a = points[0].log_spread, b = points[1].log_spread, s = FORECAST_SLOPE_SPREAD;
+    double by_first = slope_uncertainty(&it, (struct perturbation){.first = a},
+                                        (struct perturbation){.first = -a});
+    double by_last =
+        slope_uncertainty(&it, (struct perturbation){.last = -b}, (struct perturbation){.last = b});
+    double by_slope = slope_uncertainty(&it, (struct perturbation){.slope = s},
+                                        (struct perturbation){.slope = -s});
+    struct error_forecast forecast = law_to(&points[1], goal, log_time_to_goal(&it, none),
+                                            hypot(hypot(by_first, by_last), by_slope));
+    forecast.samples = shortest_run(&it, none).samples;
     return forecast;
 }
 
 double error_power(const struct error_point points[2], uint32_t samples, double goal)
 {
-    const struct halfway it = {points, samples, goal};
+    const struct observation it = {points, samples, goal};
     struct decline decline;
     double now;
-    if (!decline_if_off(&it, (struct input_errors){0}, &decline, &now)) return FORECAST_EDGE;
+    if (!fit_decline(&it, (struct perturbation){0}, &decline, &now)) return FORECAST_EDGE;
     double left = pow(goal, 2) * exp(-2 * now);
     if (!(left < 1)) return FORECAST_EDGE;
     return -log(left) / log(times_samples(&decline, left));
