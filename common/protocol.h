@@ -309,15 +309,14 @@ static inline bool result_is_full(size_t whole, size_t done, size_t next)
      TILE_MAX_PIXELS * sizeof(struct refinement))
 
 /*
- * The interface by which the master renders tiles itself without depending on a renderer: see worker/render.h
- * and worker/survey.h. Both functions return false if they gave up because the run was stopped or because
- * others have finished the tile.
+ * The interface by which the master renders tiles itself without depending on a renderer: render() is
+ * work_on_tile() of worker/work.h.
  */
+struct cpu_time;
 struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
-                   const struct pixel_floats *to, struct render_counts *counts);
-    bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
+                   struct cpu_time *time, float *floats, struct result_header *header);
 };
 
 /* Whether a precedes b in picture order: row by row from the top, then by the samples' numbers in a pixel. */

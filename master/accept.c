@@ -25,8 +25,8 @@ static void note_costs(struct service *service, const struct tile *tile, double 
         timeline_spread(timeline, tile, seconds);
 }
 
-uint32_t take_refinements(struct server *server, const struct tile *tile,
-                          struct refinement *refinements)
+void take_refinements(struct server *server, const struct tile *tile,
+                      struct refinement *refinements)
 {
     adaptive_refinements(server->service->adaptive, tile, refinements);
     if (tile->id >= server->sampled_room) {
@@ -35,7 +35,6 @@ uint32_t take_refinements(struct server *server, const struct tile *tile,
             reallocate(server->sampled, server->sampled_room, sizeof *server->sampled);
     }
     server->sampled[tile->id] = refinements_sampled(refinements, tile_pixels(tile));
-    return server->sampled[tile->id];
 }
 
 static bool is_as_asked(const struct server *server, const struct tile *tile,

@@ -28,7 +28,6 @@
 #include "worker/collective.h"
 #include "worker/node_scene.h"
 #include "worker/render.h"
-#include "worker/survey.h"
 #include "worker/work.h"
 
 /* Aborts without the message of MPI_Abort: it adds nothing, and where all is well it would look like a failure. */
@@ -45,17 +44,11 @@ static void end_job(int status)
     stop_job(status, gettid() == getpid() ? abort_quietly : NULL);
 }
 
-static bool render_own_tile(void *state, const struct tile *tile,
-                            const struct refinement *refinements, const struct pixel_floats *to,
-                            struct render_counts *counts)
+static bool render_own_tile(void *renderer, const struct tile *tile,
+                            const struct refinement *refinements, struct cpu_time *time,
+                            float *floats, struct result_header *header)
 {
-    struct task task = {.tile = tile, .refinements = refinements, .to = *to};
-    return renderer_task(state, &task, counts);
-}
-
-static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
-{
-    return survey(state, tile, rgb, seconds);
+    return work_on_tile(renderer, tile, refinements, time, floats, header);
 }
 
 static bool gives_up(void *state)
@@ -181,8 +174,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
     struct progress progress;
-    struct tile_renderer own = {
-        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
+    struct tile_renderer own = {.state = renderer, .render = render_own_tile};
     begin_watch(run, &shared->scene->view);
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = service_of(run, shared, &own);

@@ -63,15 +63,15 @@ struct own_work {
     struct cpu_time time;
 };
 
-/* Gets what the tile's pass asks for; returns how many of its pixels get samples. */
-static uint32_t own_refinements(struct server *server, const struct tile *tile,
-                                struct refinement *refinements)
+/* Gets what the tile's pass asks for; NULL: it is not refined. */
+static const struct refinement *own_refinements(struct server *server, const struct tile *tile,
+                                                struct refinement *refinements)
 {
-    if (!tile_is_refined(tile)) return tile_pixels(tile);
+    if (!tile_is_refined(tile)) return NULL;
     pthread_mutex_lock(&server->lock);
-    uint32_t pixels = take_refinements(server, tile, refinements);
+    take_refinements(server, tile, refinements);
     pthread_mutex_unlock(&server->lock);
-    return pixels;
+    return refinements;
 }
 
 /* Hands in a tile, or the notice that it was given up. */
@@ -92,21 +92,12 @@ static void own_answer(struct server *server, const struct tile *tile, const flo
 static bool render_one(struct server *server, const struct tile *tile, struct own_work *work)
 {
     const struct tile_renderer *own = server->service->own;
-    struct render_counts counts = {0};
-    uint32_t pixels = own_refinements(server, tile, work->refinements);
+    const struct refinement *refinements = own_refinements(server, tile, work->refinements);
     float *rgb = work->rgb;
-    struct pixel_floats to = pixel_floats(rgb, pixels, work->refinements != NULL);
-    bool probes = tile->pass == TILE_PROBE;
-    const struct refinement *refinements = tile_is_refined(tile) ? work->refinements : NULL;
-    double begin = cpu_time_begin(&work->time), end;
-    bool whole = probes ? own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
-                        : own->render(own->state, tile, refinements, &to, &counts);
-    double cpu = cpu_time_end(&work->time, &end);
-    struct result_header header = {.pixels = whole ? pixels : RESULT_DROPPED,
-                                   .start_s = begin - server->start,
-                                   .busy_s = end - begin,
-                                   .cpu_s = cpu,
-                                   .counts = counts};
+    struct result_header header;
+    cpu_time_begin(&work->time);
+    bool whole = own->render(own->state, tile, refinements, &work->time, rgb, &header);
+    header.start_s -= server->start;
     renderer_stats_add(&server->service->stats[0], tile, &header);
     if (!whole && !server->service->given_up) return false;
     own_answer(server, tile, rgb, &header, whole);

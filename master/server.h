@@ -124,10 +124,10 @@ void fill_picture(struct server *server);
 
 /* ---- accept.c; the lock is held ---- */
 
-/* Sets *refinements to what the pass of this refined tile asks for, in the tile's order. Returns how many of its
- * pixels get samples; the answer is to have as many pixels. */
-uint32_t take_refinements(struct server *server, const struct tile *tile,
-                          struct refinement *refinements);
+/* Sets *refinements to what the pass of this refined tile asks for, in the tile's order. The answer is to have as many
+ * pixels as get samples. */
+void take_refinements(struct server *server, const struct tile *tile,
+                      struct refinement *refinements);
 
 /* Puts a finished tile into the picture and the journal, unless another answer for it was first. */
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,

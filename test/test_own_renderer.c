@@ -9,6 +9,7 @@
 
 #include "common/bell.h"
 #include "common/clock.h"
+#include "common/cpu_time.h"
 #include "master/server.h"
 
 /* Renderer 0 is rank 0's own, 1 answers at once. */
@@ -50,12 +51,14 @@ static bool other_goes_on(struct scene_of_test *test)
 
 /* While the own renderer is at its first tile, the other one renders everything else, and then this tile. */
 static bool render(void *state, const struct tile *tile, const struct refinement *refinements,
-                   const struct pixel_floats *to, struct render_counts *counts)
+                   struct cpu_time *time, float *floats, struct result_header *header)
 {
     struct scene_of_test *test = state;
     struct server *server = &test->server;
     struct queue *queue = test->service.queue;
-    (void)refinements, (void)to, (void)counts;
+    double end;
+    (void)refinements, (void)floats;
+    *header = (struct result_header){.pixels = RESULT_DROPPED, .start_s = time->begun};
     assert_int_equal(test->begun++, 0);
     assert_false(test->service.given_up);
     assert_true(other_goes_on(test));
@@ -68,13 +71,8 @@ static bool render(void *state, const struct tile *tile, const struct refinement
     assert_true(queue_is_recalled(queue, 0, tile->id) && queue_complete(queue));
     tell_recalls(server);
     assert_true(test->service.given_up);
-    return false;
-}
-
-static bool probe(void *state, const struct tile *tile, float *rgb, float *seconds)
-{
-    (void)state, (void)tile, (void)rgb, (void)seconds;
-    fail();
+    header->cpu_s = cpu_time_end(time, &end);
+    header->busy_s = end - header->start_s;
     return false;
 }
 
@@ -88,7 +86,7 @@ static void test_gives_up_what_is_finished(void **state)
     struct bell bell;
     struct scene_of_test test = {
         .service = {.queue = queue_create(&config), .bell = &bell, .stats = stats}};
-    struct tile_renderer own = {.state = &test, .render = render, .probe = probe};
+    struct tile_renderer own = {.state = &test, .render = render};
     contacts[1].is_told = true; /* no messages to it */
     test.service.own = &own;
     test.server = (struct server){.service = &test.service,

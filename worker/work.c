@@ -50,23 +50,25 @@ static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint
     return bytes;
 }
 
-/* Pixels of a tile that get samples. */
-static uint32_t sampled_pixels(const struct tile *tile, const struct refinement *refinements)
+bool work_on_tile(struct renderer *renderer, const struct tile *tile,
+                  const struct refinement *refinements, struct cpu_time *time, float *floats,
+                  struct result_header *header)
 {
+    const struct view *view = &renderer_scene(renderer)->view;
     uint32_t pixels = tile_pixels(tile);
-    return refinements ? refinements_sampled(refinements, pixels) : pixels;
-}
-
-/* Renders or probes a tile into rgb; false: it was given up. */
-static bool render_pixels(struct worker *worker, const struct tile *tile,
-                          const struct refinement *refinements, uint32_t pixels, float *rgb,
-                          struct render_counts *counts)
-{
-    if (tile->pass == TILE_PROBE)
-        return survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels);
-    struct pixel_floats to = pixel_floats(rgb, pixels, worker->adaptive);
-    struct task task = {.tile = tile, .refinements = refinements, .to = to};
-    return renderer_task(worker->renderer, &task, counts);
+    if (refinements) pixels = refinements_sampled(refinements, pixels);
+    struct task task = {.tile = tile,
+                        .refinements = refinements,
+                        .to = pixel_floats(floats, pixels, view->max_samples > view->min_samples)};
+    *header = (struct result_header){.tile_id = tile->id, .start_s = time->begun};
+    bool whole = tile->pass == TILE_PROBE
+                     ? survey(renderer, tile, floats, floats + 3 * (size_t)pixels)
+                     : renderer_task(renderer, &task, &header->counts);
+    double end;
+    header->cpu_s = cpu_time_end(time, &end);
+    header->busy_s = end - header->start_s;
+    header->pixels = whole ? pixels : RESULT_DROPPED;
+    return whole;
 }
 
 /* Writes the header for a tile that is dropped before it is begun; returns its length. */
@@ -81,22 +83,14 @@ static size_t put_dropped(const struct tile *tile, char *part)
 static size_t render_part(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, char *part)
 {
-    struct render_counts counts = {0};
-    uint32_t pixels = sampled_pixels(tile, refinements);
+    struct result_header header;
     /* Aligned: the block is allocated, and all headers and parts have a multiple of 8 bytes. */
-    float *rgb = (void *)(part + sizeof(struct result_header));
-    double begin = worker->time.begun, end;
-    bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
-    double cpu = cpu_time_end(&worker->time, &end);
-    struct result_header header = {.tile_id = tile->id,
-                                   .pixels = whole ? pixels : RESULT_DROPPED,
-                                   .start_s = begin - worker->start,
-                                   .busy_s = end - begin,
-                                   .cpu_s = cpu,
-                                   .counts = counts};
+    float *floats = (void *)(part + sizeof header);
+    bool whole = work_on_tile(worker->renderer, tile, refinements, &worker->time, floats, &header);
+    header.start_s -= worker->start;
     renderer_stats_add(&worker->stats, tile, &header);
     memcpy(part, &header, sizeof header);
-    if (whole) return result_bytes(tile, pixels, worker->adaptive);
+    if (whole) return result_bytes(tile, header.pixels, worker->adaptive);
     return worker->stopped ? 0 : sizeof header;
 }
 
