@@ -23,15 +23,9 @@ void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t r
 {
     timeline->entries = grow(timeline->entries, timeline->count, sizeof *timeline->entries);
     timeline->entries[timeline->count++] =
-        (struct timeline_entry){.x = tile->x,
-                                .y = tile->y,
-                                .w = tile->w,
-                                .h = tile->h,
-                                .phase = tile->phase,
-                                .step = tile->step,
+        (struct timeline_entry){.tile = *tile,
                                 .renderer = renderer,
                                 .kind = kind,
-                                .pass = tile->pass,
                                 .pixels = header->pixels == RESULT_DROPPED ? 0 : header->pixels,
                                 .samples = header->counts.rays[RAY_PRIMARY],
                                 .start_s = header->start_s,
@@ -130,26 +124,26 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, dou
                       uint32_t rank)
 {
     static const char *const kinds[TIMELINE_KINDS] = {"tile", "pre-pass", "wasted"};
-    struct tile tile = entry_tile(entry);
+    const struct tile *tile = &entry->tile;
     /* The viewer gives names that differ in numbers alone the same colour. */
     uint32_t x, y;
-    tile_pixel(&tile, 0, &x, &y);
+    tile_pixel(tile, 0, &x, &y);
     char *name = format_text("%s %u,%u", kinds[entry->kind], x, y);
     open_event(json, name, "X", rank);
     json_string(json, "cat", kinds[entry->kind]);
     put_span(json, entry->start_s, end - entry->start_s);
     json_open(json, "args", '{');
-    json_count(json, "x", entry->x);
-    json_count(json, "y", entry->y);
-    json_count(json, "w", entry->w);
-    json_count(json, "h", entry->h);
-    if (tile.step > 1) {
-        json_count(json, "phase", tile.phase);
-        json_count(json, "step", tile.step);
+    json_count(json, "x", tile->x);
+    json_count(json, "y", tile->y);
+    json_count(json, "w", tile->w);
+    json_count(json, "h", tile->h);
+    if (tile->step > 1) {
+        json_count(json, "phase", tile->phase);
+        json_count(json, "step", tile->step);
     }
     json_count(json, "pixels", entry->pixels);
     if (entry->kind != TIMELINE_PROBES) {
-        json_count(json, "pass", entry->pass);
+        json_count(json, "pass", tile->pass);
         json_count(json, "samples", entry->samples);
     }
     json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);

@@ -1,8 +1,8 @@
 /*
  * The timeline: which renderer rendered which tile, and when. It has an entry per tile that a renderer worked
  * on, including probes and dropped tiles, in the order in which they came in; and the times of planning passes
- * of adaptive sampling. It is recorded if the trace, the heat map or the picture of ranks is wanted: 64 bytes
- * per entry, 64 MB for a million. For the heat map it also has what each pixel has cost so far, 4 bytes a pixel.
+ * of adaptive sampling. It is recorded if the trace, the heat map or the picture of ranks is wanted: 72 bytes
+ * per entry, 72 MB for a million. For the heat map it also has what each pixel has cost so far, 4 bytes a pixel.
  */
 #ifndef FARM_MASTER_TIMELINE_H
 #define FARM_MASTER_TIMELINE_H
@@ -24,19 +24,15 @@ enum timeline_kind {
 };
 
 struct timeline_entry {
-    uint32_t x, y, w, h;  /* as in struct tile */
-    uint32_t phase, step; /* as in struct tile */
-    uint32_t renderer;    /* 0 .. renderers - 1 */
+    struct tile tile;
+    uint32_t renderer; /* 0 .. renderers - 1 */
     enum timeline_kind kind;
-    uint32_t pass;    /* as in struct tile */
-    uint32_t pixels;  /* pixels that got samples; 0 for a dropped tile */
     uint64_t samples; /* samples that were traced; 0 for probes and dropped tiles */
     double start_s;   /* seconds after the start of the render phase */
     float busy_s;     /* wall seconds it took, from start_s on */
     float cpu_s;      /* CPU seconds of that */
+    uint32_t pixels;  /* pixels that got samples; 0 for a dropped tile */
 };
-
-_Static_assert(sizeof(struct timeline_entry) == 64, "what timeline.h promises");
 
 /* The time in which a pass was planned. Renderers had nothing to do then, or only work whose results were not
  * needed. */
@@ -63,16 +59,6 @@ struct timeline {
     float *costs;
     uint32_t width; /* of that region */
 };
-
-static inline struct tile entry_tile(const struct timeline_entry *entry)
-{
-    return (struct tile){.x = entry->x,
-                         .y = entry->y,
-                         .w = entry->w,
-                         .h = entry->h,
-                         .phase = entry->phase,
-                         .step = entry->step};
-}
 
 /* Starts empty as (struct timeline){0}. */
 void timeline_free(struct timeline *timeline);

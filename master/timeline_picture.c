@@ -99,12 +99,12 @@ void timeline_ranks(const struct timeline *timeline, float (*colors)[3], struct 
     for (size_t i = 0; i < timeline->count; i++) {
         const struct timeline_entry *entry = &timeline->entries[i];
         if (entry->kind != TIMELINE_TILE) continue;
-        struct tile tile = entry_tile(entry);
-        bool outlined = entry->step == 1 && entry->w >= OUTLINED && entry->h >= OUTLINED;
-        uint32_t pixels = tile_pixels(&tile), x, y;
+        const struct tile *tile = &entry->tile;
+        bool outlined = tile->step == 1 && tile->w >= OUTLINED && tile->h >= OUTLINED;
+        uint32_t pixels = tile_pixels(tile), x, y;
         for (uint32_t k = 0; k < pixels; k++) {
-            tile_pixel(&tile, k, &x, &y);
-            float shade = outlined && (x == entry->x || y == entry->y) ? 0.75f : 1;
+            tile_pixel(tile, k, &x, &y);
+            float shade = outlined && (x == tile->x || y == tile->y) ? 0.75f : 1;
             for (int c = 0; c < 3; c++)
                 canvas_at(canvas, x, y)[c] = shade * colors[entry->renderer][c];
         }
