@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/whole.h"
 #include "master/canvas.h"
 
 /* So few that a picture of 480 rows still makes 15 bands, for as many threads. So many that what a filter reads beside
@@ -14,12 +15,21 @@
 #define BAND_ROWS 32u
 
 /* The last band may have fewer rows. */
-uint32_t band_count(const struct canvas *canvas);
+static inline uint32_t band_count(const struct canvas *canvas)
+{
+    return divide_up(canvas->height, BAND_ROWS);
+}
 
 /* The first row of a band; the band ends at that of the next one. */
-uint32_t band_begin(const struct canvas *canvas, uint32_t band);
+static inline uint32_t band_begin(const struct canvas *canvas, uint32_t band)
+{
+    return band < band_count(canvas) ? band * BAND_ROWS : canvas->height;
+}
 
 /* The first pixel of that row. */
-size_t band_first_pixel(const struct canvas *canvas, uint32_t band);
+static inline size_t band_first_pixel(const struct canvas *canvas, uint32_t band)
+{
+    return (size_t)band_begin(canvas, band) * canvas->width;
+}
 
 #endif
