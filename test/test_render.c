@@ -324,6 +324,30 @@ static void test_edges_do_not_leak(void **state)
     }
 }
 
+/* Rays that meet the edges and corners of a cube of glass exactly pass either through two of its faces or through none,
+ * also where one face is entered and the other one left at the same place. */
+static void test_edges_of_glass_meshes(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    view.camera.eye.z = 7;
+    view.camera.forward = vec3(1.0 / 48, 1.0 / 48, -1); /* the slopes are multiples of 1/24 */
+    view.background_bottom = view.background_top = vec3(1, 1, 1);
+    for (unsigned k = 0; k < 8; k++) {
+        uint32_t index;
+        struct builder *builder = builder_create();
+        struct material glass = {.color = {1, 1, 1}, .transmission = 0.5, .ior = k & 2 ? 1 : 1.5};
+        must(builder_add_material(builder, &glass, &index));
+        view.camera.eye.x = view.camera.eye.y = k & 4 ? -0.5 : 0;
+        add_cube(builder, k & 1, index);
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+        for (uint32_t i = 0; k & 2 && i < SIZE * SIZE * 3; i++)
+            assert_true(picture.rgb[i] == 1 || picture.rgb[i] == 0.25f);
+    }
+}
+
 /* From inside a glass ball in a larger one of water, all rays end up outside of both. */
 static void test_eye_inside_glass(void **state)
 {
@@ -849,6 +873,7 @@ int main(void)
         cmocka_unit_test(test_shadows_can_be_left_out),
         cmocka_unit_test(test_rays_are_bounded),
         cmocka_unit_test(test_edges_do_not_leak),
+        cmocka_unit_test(test_edges_of_glass_meshes),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_touched_glass),

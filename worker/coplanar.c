@@ -2,7 +2,6 @@
 
 #include "worker/box.h"
 #include "worker/planar.h"
-#include "worker/triangle.h"
 
 /* A plane, given by three corners, or by one point and a normal of any length; corners = 0: not flat. */
 struct flat {
@@ -236,21 +235,46 @@ static int rough_order(const struct flat *a, const struct flat *b, const struct 
     return sign * rough_sign(difference, p.way * q.step + q.way * p.step);
 }
 
+/* The order of two crossings, times the signs of both speeds. */
+static int approach_difference(const struct approach *p, const struct approach *q)
+{
+    struct accumulator difference;
+    accumulator_clear(&difference);
+    accumulator_add_product(&difference, &p->height, &q->speed, NULL, false);
+    accumulator_add_product(&difference, &q->height, &p->speed, NULL, true);
+    return accumulator_sign(&difference);
+}
+
 bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
                    uint32_t b, uint32_t part_of_b, int *order)
 {
     struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
     struct approach p, q;
-    struct accumulator difference;
     if (one.corners == 0 || other.corners == 0) return false;
     *order = rough_order(&one, &other, ray);
     if (*order != 0) return true;
     approach_of(&one, ray, &p);
     approach_of(&other, ray, &q);
-    accumulator_clear(&difference);
-    accumulator_add_product(&difference, &p.height, &q.speed, NULL, false);
-    accumulator_add_product(&difference, &q.height, &p.speed, NULL, true);
     int sign = accumulator_sign(&p.speed) * accumulator_sign(&q.speed);
-    *order = accumulator_sign(&difference) * sign;
+    *order = approach_difference(&p, &q) * sign;
     return sign != 0;
+}
+
+int compare_flats_beside(const struct scene *scene, const struct ray *ray,
+                         const struct shear *shear, uint32_t a, uint32_t b)
+{
+    const struct dd3 axes[3] = {dd3_of(vec3(1, 0, 0)), dd3_of(vec3(0, 1, 0)),
+                                dd3_of(vec3(0, 0, 1))};
+    const unsigned ways[2] = {shear->x, shear->y};
+    struct flat one = flat_of(scene, a, 0), other = flat_of(scene, b, 0);
+    struct approach p, q;
+    approach_of(&one, ray, &p);
+    approach_of(&other, ray, &q);
+    int order = 0, sign = accumulator_sign(&p.speed) * accumulator_sign(&q.speed);
+    for (unsigned i = 0; i < 2 && order == 0; i++) {
+        along_normal(&one, axes[ways[i]], &p.height);
+        along_normal(&other, axes[ways[i]], &q.height);
+        order = approach_difference(&p, &q) * sign;
+    }
+    return order;
 }

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "worker/ray.h"
+#include "worker/triangle.h"
 
 /*
  * The relation of two primitives, or of parts of them (as in struct hit): in two surfaces, in one plane, or
@@ -83,5 +83,12 @@ static inline void note_coplanar(struct known_planes *known, uint32_t a, uint32_
  */
 bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
                    uint32_t b, uint32_t part_of_b, int *order);
+
+/*
+ * The order, as above, in which a ray crosses two triangles that it meets at one place, if it is displaced like
+ * one that meets an edge exactly (worker/triangle.h): 0 only if they lie in one plane or are parallel to the ray.
+ */
+int compare_flats_beside(const struct scene *scene, const struct ray *ray,
+                         const struct shear *shear, uint32_t a, uint32_t b);
 
 #endif

@@ -50,12 +50,19 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
  */
 #define SAME_PLACE 0x1p-90
 
+static bool are_of_glass_meshes(const struct scene *scene, uint32_t a, uint32_t b)
+{
+    return is_triangle(a) && is_triangle(b) && transmits(scene, a) && transmits(scene, b);
+}
+
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b)
 {
     int order;
-    if (compare_flats(scene, ray, a->primitive, a->part, b->primitive, b->part, &order))
-        return order;
+    if (compare_flats(scene, ray, a->primitive, a->part, b->primitive, b->part, &order)) {
+        if (order != 0 || !are_of_glass_meshes(scene, a->primitive, b->primitive)) return order;
+        return compare_flats_beside(scene, ray, shear, a->primitive, b->primitive);
+    }
     struct dd ta = parameter_of(scene, ray, shear, a), tb = parameter_of(scene, ray, shear, b);
     double apart = (ta.high - tb.high) + (ta.low - tb.low);
     if (fabs(apart) <= SAME_PLACE * fabs(ta.high)) return 0;

@@ -30,6 +30,10 @@ struct crossing {
  * compared exactly. Double-double, with the formulas of each kind, would order coplanar surfaces one way or
  * the other. A third surface through the same line might then come before one of them and after the other, so
  * that the hit would depend on which pair is compared first.
+ *
+ * Two triangles that transmit light and meet in an edge or a corner, exactly where the ray goes through, are in the
+ * order in which a displaced ray crosses them, the one that decides whether they are crossed at all. So the ray enters
+ * a mesh before it leaves it, or the other way round in a groove of the mesh, as a ray beside it does.
  */
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b);
