@@ -324,27 +324,79 @@ static void test_edges_do_not_leak(void **state)
     }
 }
 
-/* Rays that meet the edges and corners of a cube of glass exactly pass either through two of its faces or through none,
- * also where one face is entered and the other one left at the same place. */
-static void test_edges_of_glass_meshes(void **state)
+/* A view whose rays have slopes that are multiples of 1/24, into a sky of 1. */
+static struct view lattice_view(struct vec3 eye)
+{
+    struct view view = small_view(SIZE);
+    view.camera.eye = eye;
+    view.camera.forward = vec3(1.0 / 48, 1.0 / 48, -1);
+    view.background_bottom = view.background_top = vec3(1, 1, 1);
+    return view;
+}
+
+/* Glass that halves the light at each surface and, if its index of refraction is 1, leaves rays straight. */
+static uint32_t halving(struct builder *builder, double ior)
+{
+    uint32_t index;
+    struct material glass = {.color = {1, 1, 1}, .transmission = 0.5, .ior = ior};
+    must(builder_add_material(builder, &glass, &index));
+    return index;
+}
+
+/* All rays pass either through two surfaces of a convex object of halving() or through none. */
+static void assert_passed(struct builder *builder, const struct view *view, double ior)
+{
+    static struct picture picture;
+    render_scene(builder, view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+    for (uint32_t i = 0; ior == 1 && i < SIZE * SIZE * 3; i++)
+        assert_true(picture.rgb[i] == 1 || picture.rgb[i] == 0.25f);
+}
+
+/* Rays that meet the edges and corners of a cube exactly, also where one face is entered and the other one left at the
+ * same place. */
+static void test_edges_of_a_glass_mesh(void **state)
 {
     (void)state;
-    static struct picture picture;
-    struct view view = small_view(SIZE);
-    view.camera.eye.z = 7;
-    view.camera.forward = vec3(1.0 / 48, 1.0 / 48, -1); /* the slopes are multiples of 1/24 */
-    view.background_bottom = view.background_top = vec3(1, 1, 1);
     for (unsigned k = 0; k < 8; k++) {
-        uint32_t index;
         struct builder *builder = builder_create();
-        struct material glass = {.color = {1, 1, 1}, .transmission = 0.5, .ior = k & 2 ? 1 : 1.5};
-        must(builder_add_material(builder, &glass, &index));
-        view.camera.eye.x = view.camera.eye.y = k & 4 ? -0.5 : 0;
-        add_cube(builder, k & 1, index);
-        render_scene(builder, &view, SIZE, SIZE, &picture);
-        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
-        for (uint32_t i = 0; k & 2 && i < SIZE * SIZE * 3; i++)
-            assert_true(picture.rgb[i] == 1 || picture.rgb[i] == 0.25f);
+        double ior = k & 2 ? 1 : 1.5, aside = k & 4 ? -0.5 : 0;
+        struct view view = lattice_view(vec3(aside, aside, 7));
+        add_cube(builder, k & 1, halving(builder, ior));
+        assert_passed(builder, &view, ior);
+    }
+}
+
+/* Rays that meet the rims of rods exactly, and tangents of their sides. */
+static void test_rims_of_glass_rods(void **state)
+{
+    (void)state;
+    for (unsigned k = 0; k < 108; k++) {
+        struct builder *builder = builder_create();
+        double ior = k & 1 ? 1 : 1.5, x = k / 2 % 3 - 1, y = k / 6 % 3 - 1;
+        struct view view = lattice_view(vec3(0, 0, 6));
+        struct cone rod = {.base = {x, y, 0}, .apex = {x, y, 0}, .capped = 1};
+        *(k / 18 % 3 == 0 ? &rod.apex.x : k / 18 % 3 == 1 ? &rod.apex.y : &rod.apex.z) += 2;
+        rod.base_radius = rod.apex_radius = k / 54 ? 0.5 : 1;
+        rod.material = halving(builder, ior);
+        must(builder_add_cone(builder, &rod));
+        assert_passed(builder, &view, ior);
+    }
+}
+
+/* Rays that touch balls but for the rounding of their direction: some of them enter, but not by more than that. */
+static void test_tangents_of_glass_balls(void **state)
+{
+    (void)state;
+    struct view view = lattice_view(vec3(0, 0, 6));
+    for (unsigned k = 0; k < 64; k++) {
+        struct builder *builder = builder_create();
+        double ior = k & 1 ? 1 : 1.5, along = (k / 2 % 8 + 1) / 4.0, away = k & 16 ? 0.125 : 0.25;
+        /* From the eye along a slope of 5/12, then at a right angle to it. */
+        double aside = 5 * along + 12 * away, z = 6 - 12 * along + 5 * away;
+        uint32_t glass = halving(builder, ior);
+        add_sphere(builder, k & 32 ? aside : 0, k & 32 ? 0 : aside, z, 13 * away, glass);
+        assert_passed(builder, &view, ior);
     }
 }
 
@@ -873,7 +925,9 @@ int main(void)
         cmocka_unit_test(test_shadows_can_be_left_out),
         cmocka_unit_test(test_rays_are_bounded),
         cmocka_unit_test(test_edges_do_not_leak),
-        cmocka_unit_test(test_edges_of_glass_meshes),
+        cmocka_unit_test(test_edges_of_a_glass_mesh),
+        cmocka_unit_test(test_rims_of_glass_rods),
+        cmocka_unit_test(test_tangents_of_glass_balls),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_touched_glass),

@@ -73,6 +73,15 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
     return walk.hit;
 }
 
+bool is_entry_ahead(const struct scene *scene, const struct ray *ray, uint32_t primitive,
+                    uint64_t *exact_fallbacks)
+{
+    struct probe probe;
+    probe_begin(&probe, scene, ray, false, exact_fallbacks);
+    struct crossings found = probe_crossings(&probe, primitive, false);
+    return crossing_counts(ray, found.t[0]);
+}
+
 static void nearest_in_bundles(const struct nearest_batch *batch, const struct ray *rays,
                                size_t count, struct hit *hits)
 {

@@ -42,6 +42,10 @@ static inline bool is_rough_hit(const struct hit *hit)
 struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                        uint64_t *exact_fallbacks);
 
+/* Whether the ray meets the solid from outside: its entry is ahead. */
+bool is_entry_ahead(const struct scene *scene, const struct ray *ray, uint32_t primitive,
+                    uint64_t *exact_fallbacks);
+
 /*
  * The share of light that passes along 0 < t < t_max: (1,1,1) if nothing is in the way, (0,0,0) behind
  * anything opaque, else the product over all crossings of transparent surfaces of transmission * color of the

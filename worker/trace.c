@@ -50,15 +50,15 @@ static INLINED void start_at(const struct renderer *renderer, uint32_t point, bo
     ray->origin = surface_beyond(renderer->scene, before, hit);
 }
 
-/* Adds a child ray to the tree, unless its weight is 0. */
-static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
-                  struct vec3 share, enum ray_kind kind, uint32_t media)
+/* Adds a child ray to the tree and returns it; NULL if its weight is 0. */
+static struct ray *spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
+                         struct vec3 share, enum ray_kind kind, uint32_t media)
 {
     uint32_t slot = renderer->points.slot[point];
     const struct branch *parent = &renderer->branches[slot];
     uint32_t p = renderer->owner[slot];
     struct vec3 weight = vec_mul(parent->weight, share);
-    if (!(vec_max(weight) > 0)) return;
+    if (!(vec_max(weight) > 0)) return NULL;
     uint32_t depth = parent->depth + 1;
     bool beyond = renderer->states[p].bounding || depth > renderer->scene->view.max_depth;
     double bound = radiance_coarse_bound(&renderer->radiance, weight, depth, !beyond);
@@ -74,13 +74,30 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     child->coarse = true;
     child->media = media;
     child->kind = kind;
+    return ray;
+}
+
+/* Whether the ray starts on the solid that it has hit. Solids are convex, so it leaves it, also where the normal says
+ * otherwise by rounding, because the ray runs along the surface. */
+static bool is_way_out(const struct renderer *renderer, uint32_t slot)
+{
+    uint32_t primitive = renderer->hits[slot].primitive;
+    return primitive == renderer->rays[slot].from &&
+           renderer->scene->view.formulas == FORMULAS_EXACT &&
+           primitive_is_solid(renderer->scene, primitive);
+}
+
+static bool is_entering(const struct renderer *renderer, uint32_t point)
+{
+    return renderer->points.entering[point] != 0 &&
+           !is_way_out(renderer, renderer->points.slot[point]);
 }
 
 static struct crossing_media cross_surface(struct renderer *renderer, uint32_t point)
 {
     uint32_t slot = renderer->points.slot[point];
     uint32_t primitive = renderer->hits[slot].primitive;
-    bool entering = renderer->points.entering[point] != 0;
+    bool entering = is_entering(renderer, point);
     if (renderer->scene->view.formulas == FORMULAS_PAPER)
         return media_by_side(renderer->scene, primitive, entering);
     return media_cross(renderer->media, renderer->branches[slot].media, primitive, entering);
@@ -94,22 +111,77 @@ static struct vec3 passed_share(const struct points *points, uint32_t point)
 }
 
 /*
- * Whether the ray only touches a round solid, in one point. It has neither entered nor left it, though by rounding it
- * may seem to do either. Where light refracts on its way in there is no need to know: it goes deep into the solid.
+ * Whether the ray only touches a solid, in one point: it has neither entered nor left it, though it may seem to do
+ * either. A ray from outside that seems to leave a solid meets its edge, or an apex, or a tangent. Where light refracts
+ * on its way in there is no need to know: it goes deep into the solid.
  */
-static bool is_touch(const struct renderer *renderer, uint32_t point,
+static bool is_touch(struct renderer *renderer, uint32_t point,
                      const struct crossing_media *crossing)
 {
     const struct points *points = &renderer->points;
-    bool entering = points->entering[point] != 0;
-    if (!crossing->unmatched && !(entering && crossing->from == crossing->to)) return false;
-    return renderer->scene->view.formulas == FORMULAS_EXACT &&
-           primitive_is_solid(renderer->scene, renderer->hits[points->slot[point]].primitive) &&
+    uint32_t slot = points->slot[point], primitive = renderer->hits[slot].primitive;
+    if (!primitive_is_solid(renderer->scene, primitive)) return false;
+    if (!is_entering(renderer, point))
+        return crossing->unmatched &&
+               (is_way_out(renderer, slot) ||
+                is_entry_ahead(renderer->scene, &renderer->rays[slot], primitive,
+                               &renderer->counts.exact_fallbacks));
+    return (crossing->unmatched || crossing->from == crossing->to) &&
            is_grazing(vec_dot(lane(&points->view, point), lane(&points->geometric, point)));
 }
 
-/* Refracted rays; with total internal reflection their share goes to the mirror ray. So it does where a ray touches a
- * solid: the mirror ray goes straight on, too. */
+/* The hit of nearest(), for a point that needs more of it than most. */
+static struct hit hit_at(struct renderer *renderer, uint32_t slot)
+{
+    return settled_hit(renderer->scene, &renderer->rays[slot], &renderer->hits[slot],
+                       &renderer->counts.exact_fallbacks);
+}
+
+/* Whether a crossing that cannot be is right where the ray starts: where several surfaces meet, it has crossed them all
+ * there, but names only the last one. */
+static bool is_repeated(struct renderer *renderer, uint32_t slot,
+                        const struct crossing_media *crossing)
+{
+    const struct ray *ray = &renderer->rays[slot];
+    if (!crossing->unmatched || ray->from == PRIMITIVE_NONE) return false;
+    double way = hit_at(renderer, slot).t * vec_largest(ray->direction);
+    return way <= ORDER_ERROR * vec_largest(ray->origin);
+}
+
+/* Moves a point where the ray seemed to leave something to the other side. */
+static void move_outside(struct renderer *renderer, uint32_t point)
+{
+    uint32_t slot = renderer->points.slot[point];
+    if (renderer->points.entering[point] != 0) return;
+    struct hit hit = hit_at(renderer, slot);
+    set_lane(&renderer->points.point, point,
+             surface_beyond(renderer->scene, &renderer->rays[slot], &hit));
+}
+
+/* A ray that has not crossed the surface goes straight on, and so does one that leaves a solid along its surface. */
+static bool goes_straight_on(struct renderer *renderer, uint32_t point,
+                             const struct crossing_media *crossing)
+{
+    uint32_t slot = renderer->points.slot[point], media = crossing->stack;
+    struct vec3 share = vec_add(passed_share(&renderer->points, point), renderer->mirrored[point]);
+    if (renderer->scene->view.formulas != FORMULAS_EXACT) return false;
+    bool repeated = is_repeated(renderer, slot, crossing);
+    bool touches = !repeated && is_touch(renderer, point, crossing);
+    if (repeated || touches) {
+        media = renderer->branches[slot].media;
+        share = vec3(1, 1, 1);
+    } else if (is_entering(renderer, point) == (renderer->points.entering[point] != 0)) {
+        return false;
+    }
+    if (touches) move_outside(renderer, point);
+    struct ray *ray =
+        spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
+    if (touches && ray) ray->from = PRIMITIVE_NONE; /* it has not met the solid */
+    renderer->mirrored[point] = vec3(0, 0, 0);
+    return true;
+}
+
+/* Refracted rays; with total internal reflection their share goes to the mirror ray. */
 static void spawn_refracted(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
@@ -118,10 +190,7 @@ static void spawn_refracted(struct renderer *renderer)
     for (uint32_t i = 0; i < points->count; i++) {
         if (!(points->material[i]->transmission > 0)) continue;
         struct crossing_media crossing = cross_surface(renderer, i);
-        if (is_touch(renderer, i, &crossing)) {
-            renderer->mirrored[i] = vec_add(renderer->mirrored[i], passed_share(points, i));
-            continue;
-        }
+        if (goes_straight_on(renderer, i, &crossing)) continue;
         if (crossing.unmatched && !is_bounding(renderer, points->slot[i]))
             renderer->counts.unmatched_media++;
         uint32_t k = secondary->count++;
