@@ -394,6 +394,27 @@ static struct scene *octahedron(int without)
     return finish_scene(builder);
 }
 
+/* An eye exactly on a closed mesh is on the side that it looks to. */
+static void test_eye_on_a_mesh(void **state)
+{
+    (void)state;
+    struct scene *scene = octahedron(-1);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    const struct vec3 on[] = {{0.25, 0.25, 0.5}, {-0.5, 0, 0.5}, {0, -1, 0}};
+    for (unsigned i = 0; i < 3; i++) {
+        struct vec3 out = vec_normalize(on[i]), in = vec_neg(out);
+        assert_true(media_meet_at(media, bvh, on[i]));
+        assert_int_equal(media_ahead(media, bvh, on[i], out), MEDIUM_OUTSIDE);
+        assert_int_not_equal(media_ahead(media, bvh, on[i], in), MEDIUM_OUTSIDE);
+        assert_false(media_meet_at(media, bvh, vec_scale(on[i], 1 - 0x1p-50)));
+        assert_false(media_meet_at(media, bvh, vec_scale(on[i], 1 + 0x1p-50)));
+    }
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 /* A mesh with a hole where one of four rays leaves it: they do not agree that the eye is inside. */
 static void test_eye_in_an_open_mesh(void **state)
 {
@@ -490,6 +511,7 @@ int main(void)
         cmocka_unit_test(test_eye_before_an_edge),
         cmocka_unit_test(test_eye_at_an_oblique_plane),
         cmocka_unit_test(test_eye_in_a_mesh),
+        cmocka_unit_test(test_eye_on_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),
         cmocka_unit_test(test_eye_in_an_open_mesh),
         cmocka_unit_test(test_eye_in_two_meshes),

@@ -400,6 +400,24 @@ static void test_tangents_of_glass_balls(void **state)
     }
 }
 
+/* An eye exactly on a face, an edge or a corner of a cube: its rays leave the cube through one surface, or never were
+ * in it. Some run along faces. */
+static void test_eye_on_a_glass_mesh(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    for (int k = 0; k < 54; k++) {
+        struct builder *builder = builder_create();
+        double ior = k / 27 ? 1.5 : 1;
+        struct view view = lattice_view(vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 % 3 - 1));
+        add_cube(builder, true, halving(builder, ior));
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+        for (uint32_t i = 0; ior == 1 && i < SIZE * SIZE * 3; i++)
+            assert_true(picture.rgb[i] == 1 || picture.rgb[i] == 0.5f);
+    }
+}
+
 /* From inside a glass ball in a larger one of water, all rays end up outside of both. */
 static void test_eye_inside_glass(void **state)
 {
@@ -928,6 +946,7 @@ int main(void)
         cmocka_unit_test(test_edges_of_a_glass_mesh),
         cmocka_unit_test(test_rims_of_glass_rods),
         cmocka_unit_test(test_tangents_of_glass_balls),
+        cmocka_unit_test(test_eye_on_a_glass_mesh),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_touched_glass),

@@ -6,6 +6,9 @@
 #include "common/message.h"
 #include "worker/exact.h"
 #include "worker/nearest.h"
+#include "worker/several.h"
+#include "worker/traverse.h"
+#include "worker/triangle.h"
 
 /* A stack: its top medium, on another stack. */
 struct medium {
@@ -314,16 +317,45 @@ static uint32_t planes_around(struct media *media, struct vec3 point, struct vec
     return stack;
 }
 
-uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead)
+/* The rays that look for agreement with the one ahead of the point start from `beside`. */
+static uint32_t media_from(struct media *media, const struct bvh *bvh, struct vec3 point,
+                           struct vec3 ahead, struct vec3 beside)
 {
     struct exits exits[DIRECTIONS];
     find_exits(media, bvh, point, ahead, &exits[0]);
     for (int p = 1; p < DIRECTIONS; p++)
-        find_exits(media, bvh, point, uncommon[p - 1], &exits[p]);
+        find_exits(media, bvh, beside, uncommon[p - 1], &exits[p]);
     uint32_t stack = planes_around(media, point, ahead);
     for (uint32_t i = exits[0].count; i-- > 0;)
         if (agreed(exits, i)) stack = push(media, stack, exits[0].media[i]);
     return stack;
+}
+
+uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead)
+{
+    return media_from(media, bvh, point, ahead, point);
+}
+
+/* How far, of the way to the first surface, a point is displaced like a ray that meets an edge exactly. Along the
+ * second axis it is the square of that. */
+#define ASIDE 0x1p-20
+
+uint32_t media_ahead(struct media *media, const struct bvh *bvh, struct vec3 point,
+                     struct vec3 ahead)
+{
+    struct ray ray = {
+        .origin = point, .direction = ahead, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+    struct shear shear = shear_of(&ahead);
+    struct hit hit;
+    uint64_t exact = 0;
+    nearest(media->scene, bvh, &ray, 1, &hit, &exact);
+    if (hit.primitive == PRIMITIVE_NONE) return media_from(media, bvh, point, ahead, point);
+    double aside[3] = {0, 0, 0};
+    aside[shear.x] = -ASIDE * hit.t;
+    aside[shear.y] = -ASIDE * ASIDE * hit.t;
+    struct vec3 middle = vec_add_scaled(point, ahead, hit.t / 2);
+    return media_from(media, bvh, point, ahead,
+                      vec_add(middle, vec3(aside[0], aside[1], aside[2])));
 }
 
 /* Whether b has all solids of a. */
@@ -343,6 +375,51 @@ static bool is_on_plane(const struct scene *scene, struct vec3 point)
     return false;
 }
 
+/* Whether the point is in the box of a triangle that transmits light and, exactly, in its plane. */
+static bool is_on_triangle(const struct scene *scene, uint32_t id, struct vec3 point)
+{
+    struct vec3 at[3];
+    if (!transmits(scene, id)) return false;
+    triangle_vertices(scene, id, at);
+    struct bounds box = triangle_bounds(&at[0], &at[1], &at[2]);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double place = vec_component(&point, axis);
+        if (place < box.min[axis] || place > box.max[axis]) return false;
+    }
+    struct dd3 p = exact_difference3(at[1], at[0]), q = exact_difference3(at[2], at[0]);
+    struct dd3 way = exact_difference3(point, at[0]);
+    struct accumulator height;
+    accumulator_clear(&height);
+    accumulator_add_triple(&height, &p, &q, &way);
+    return accumulator_sign(&height) == 0;
+}
+
+struct at_point {
+    const struct scene *scene;
+    struct vec3 point;
+    bool found;
+};
+
+static bool look_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                         double *limit)
+{
+    struct at_point *at = context;
+    (void)limit;
+    for (uint32_t i = 0; i < count && !at->found; i++)
+        at->found = is_triangle(leaves[i].id) && is_on_triangle(at->scene, leaves[i].id, at->point);
+    return !at->found;
+}
+
+static bool is_on_mesh(const struct scene *scene, const struct bvh *bvh, struct vec3 point)
+{
+    const struct ray ray = {
+        .origin = point, .direction = {0, 0, 1}, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+    struct at_point at = {scene, point, false};
+    for (lane_set trees = trees_of_ray(bvh, &ray, 0); trees && !at.found;)
+        traverse(take_tree(bvh, &trees), &ray, 0, false, look_in_leaf, &at);
+    return at.found;
+}
+
 bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point)
 {
     struct exits there, back;
@@ -351,5 +428,5 @@ bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point
         find_exits(media, bvh, point, vec_neg(uncommon[p]), &back);
         if (!has_solids_of(&there, &back) || !has_solids_of(&back, &there)) return true;
     }
-    return is_on_plane(media->scene, point);
+    return is_on_plane(media->scene, point) || is_on_mesh(media->scene, bvh, point);
 }

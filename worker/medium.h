@@ -75,9 +75,16 @@ static inline bool is_grazing(double cosine)
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead);
 
 /*
- * Whether the point is exactly on the surface of a solid or on a plane that transmits light, so that its media depend
- * on the direction. A ray from inside a convex solid leaves it, and so does the opposite one; from its surface no more
- * than one of the two does.
+ * The same for a point where media_meet_at() is true, in front of each ray that starts there. The four rays start
+ * halfway to the first surface, because those from the point itself may lead to both sides of it.
+ */
+uint32_t media_ahead(struct media *media, const struct bvh *bvh, struct vec3 point,
+                     struct vec3 ahead);
+
+/*
+ * Whether the point is exactly on the surface of a solid, on a plane or on a triangle that transmits light, so that its
+ * media depend on the direction. (Triangles count with their boxes in their planes.) A ray from inside a convex solid
+ * leaves it, and so does the opposite one; from its surface no more than one of the two does.
  */
 bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point);
 

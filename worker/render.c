@@ -287,7 +287,7 @@ static void find_first_media(struct renderer *renderer, uint32_t count)
     for (uint32_t p = 0; p < count; p++) {
         const struct ray *ray = &renderer->rays[p];
         renderer->branches[p].media =
-            media_at(renderer->media, renderer->bvh, ray->origin, ray->direction);
+            media_ahead(renderer->media, renderer->bvh, ray->origin, ray->direction);
     }
 }
 
