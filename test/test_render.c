@@ -400,6 +400,30 @@ static void test_tangents_of_glass_balls(void **state)
     }
 }
 
+/* Rays go exactly through points where balls of glass meet a cube. They cross both as often as the rays beside them. */
+static void test_glass_balls_meet_a_mesh(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    static const struct sphere balls[] = {
+        {{0, 0, -1}, 1, 0, 0}, {{0, 1, -1}, 1, 0, 0}, {{-1, 1, 0}, 1, 0, 0},
+        {{1, 1, 0}, 1, 0, 0},  {{1, 1, -1}, 2, 0, 0}, {{0, 0, 1}, 2, 0, 0},
+    };
+    struct view view = lattice_view(vec3(0, 0, 7));
+    for (unsigned k = 0; k < sizeof balls / sizeof *balls; k++) {
+        struct builder *builder = builder_create();
+        uint32_t glass = halving(builder, 1);
+        struct vec3 center = balls[k].center;
+        add_cube(builder, true, glass);
+        add_sphere(builder, center.x, center.y, center.z, balls[k].radius, glass);
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
+        for (uint32_t i = 0; i < SIZE * SIZE * 3; i++)
+            assert_true(picture.rgb[i] == 1 || picture.rgb[i] == 0.25f ||
+                        picture.rgb[i] == 0.0625f);
+    }
+}
+
 /* An eye exactly on a face, an edge or a corner of a cube: its rays leave the cube through one surface, or never were
  * in it. Some run along faces. */
 static void test_eye_on_a_glass_mesh(void **state)
@@ -946,6 +970,7 @@ int main(void)
         cmocka_unit_test(test_edges_of_a_glass_mesh),
         cmocka_unit_test(test_rims_of_glass_rods),
         cmocka_unit_test(test_tangents_of_glass_balls),
+        cmocka_unit_test(test_glass_balls_meet_a_mesh),
         cmocka_unit_test(test_eye_on_a_glass_mesh),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),

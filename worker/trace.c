@@ -137,6 +137,10 @@ static struct hit hit_at(struct renderer *renderer, uint32_t slot)
                        &renderer->counts.exact_fallbacks);
 }
 
+/* Where several surfaces meet, points are moved away from edges by some 2^-47 of their coordinates (EDGE_OFF, and
+ * CORNER_OFF), which may be many times as far along a ray. */
+#define REPEATED_REACH 0x1p-42
+
 /* Whether a crossing that cannot be is right where the ray starts: where several surfaces meet, it has crossed them all
  * there, but names only the last one. */
 static bool is_repeated(struct renderer *renderer, uint32_t slot,
@@ -145,7 +149,7 @@ static bool is_repeated(struct renderer *renderer, uint32_t slot,
     const struct ray *ray = &renderer->rays[slot];
     if (!crossing->unmatched || ray->from == PRIMITIVE_NONE) return false;
     double way = hit_at(renderer, slot).t * vec_largest(ray->direction);
-    return way <= ORDER_ERROR * vec_largest(ray->origin);
+    return way <= REPEATED_REACH * vec_largest(ray->origin);
 }
 
 /* Moves a point where the ray seemed to leave something to the other side. */
@@ -156,6 +160,13 @@ static void move_outside(struct renderer *renderer, uint32_t point)
     struct hit hit = hit_at(renderer, slot);
     set_lane(&renderer->points.point, point,
              surface_beyond(renderer->scene, &renderer->rays[slot], &hit));
+}
+
+/* Where two surfaces meet, the point on each may be before the other one. They would be crossed in turn for ever. */
+static void move_on(struct ray *ray)
+{
+    double distance = ORDER_ERROR * vec_largest(ray->origin);
+    ray->origin = vec_add_scaled(ray->origin, ray->direction, distance);
 }
 
 /* A ray that has not crossed the surface goes straight on, and so does one that leaves a solid along its surface. */
@@ -177,6 +188,7 @@ static bool goes_straight_on(struct renderer *renderer, uint32_t point,
     struct ray *ray =
         spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
     if (touches && ray) ray->from = PRIMITIVE_NONE; /* it has not met the solid */
+    if (repeated && ray) move_on(ray);
     renderer->mirrored[point] = vec3(0, 0, 0);
     return true;
 }
