@@ -76,9 +76,10 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
 bool is_entry_ahead(const struct scene *scene, const struct ray *ray, uint32_t primitive,
                     uint64_t *exact_fallbacks)
 {
-    struct probe probe;
-    probe_begin(&probe, scene, ray, false, exact_fallbacks);
-    struct crossings found = probe_crossings(&probe, primitive, false);
+    const struct shear shear = shear_of(&ray->direction);
+    const struct purpose purpose = {false, ray->t_max};
+    struct crossings found =
+        primitive_crossings(scene, primitive, ray, &shear, &purpose, exact_fallbacks);
     return crossing_counts(ray, found.t[0]);
 }
 
