@@ -6,15 +6,12 @@
 
 /* Sets *tile to the next tile of a silent renderer to take over: one that it holds and that was not passed on
  * yet, or, with static schedules, one of the rest of its share. */
-static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
-                           struct tile *tile)
+static bool next_of_silent(struct queue *queue, uint32_t silent, struct tile *tile)
 {
     uint32_t i = queue->holdings.holders[silent].first;
     for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
         struct hold *hold = &queue->holdings.holds[i];
-        if (hold->recalled || queue_is_finished(queue, hold->id) ||
-            holdings_find(&queue->holdings, renderer, hold->id))
-            continue;
+        if (hold->recalled || queue_is_finished(queue, hold->id)) continue;
         holdings_recall(&queue->holdings, hold);
         queue->count.repeated++;
         *tile = queue_tile_of(queue, hold->id);
@@ -28,8 +25,7 @@ static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *t
 {
     if (queue->silent_count == 0 || queue->holdings.holders[renderer].lots > 0) return 0;
     for (uint32_t i = 0; i < queue->config.renderers; i++) {
-        if (!queue->silent[i] || i == renderer || !next_of_silent(queue, i, renderer, tile))
-            continue;
+        if (!queue->silent[i] || !next_of_silent(queue, i, tile)) continue;
         queue_give(queue, renderer, tile->id, 0);
         return 1;
     }
@@ -59,8 +55,8 @@ uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile)
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
 {
     assert(renderer < queue->config.renderers);
-    if (silent && !queue->silent[renderer]) queue->silent_count++;
-    if (!silent && queue->silent[renderer]) queue->silent_count--;
+    queue->silent_count += silent;
+    queue->silent_count -= queue->silent[renderer];
     queue->silent[renderer] = silent;
     queue->news++;
 }

@@ -251,6 +251,33 @@ static void test_silent(void **state)
     }
 }
 
+/* Two idle renderers share what a silent one holds, one tile at a time, whichever renderer is silent; what these hold is
+ * not handed out again, and neither is what the silent one has answered after all. */
+static void test_silent_tiles_go_out_once(void **state)
+{
+    (void)state;
+    for (uint32_t silent = 0; silent < 3; silent++) {
+        struct queue_config config = {
+            .schedule = SCHEDULE_TILES, .width = 20, .height = 10, .renderers = 3, .tile_edge = 10};
+        struct queue *queue = queue_create(&config);
+        uint32_t a = (silent + 1) % 3, b = (silent + 2) % 3;
+        struct tile held, first, second, tile;
+        assert_true(next_tile(queue, silent, &held) && next_tile(queue, a, &first));
+        queue_set_silent(queue, silent, true);
+        assert_false(next_tile(queue, a, &tile)); /* not as a reserve */
+        assert_true(next_tile(queue, b, &second));
+        assert_int_equal(second.id, held.id);
+        queue_finish(queue, a, first.id, 0, 0);
+        assert_false(next_tile(queue, a, &tile));
+        /* The late answer counts, so that the copy is of no use to anybody. */
+        assert_int_equal(queue_finish(queue, silent, held.id, 0, 0), ANSWER_COUNTS);
+        queue_set_silent(queue, b, true);
+        assert_false(next_tile(queue, a, &tile));
+        assert_true(queue_complete(queue));
+        queue_destroy(queue);
+    }
+}
+
 /* Idle renderers look for the tiles of silent ones only while there are silent ones: if each of 10^5 idle renderers
  * looked at all others, that would be 10^10 looks, some 20 s. */
 static void test_nobody_is_silent(void **state)
@@ -262,9 +289,9 @@ static void test_nobody_is_silent(void **state)
     struct queue *queue = queue_create(&config);
     struct tile tile;
     double start = clock_thread_cpu();
-    queue_set_silent(queue, 7, true);
-    queue_set_silent(queue, 7, true);
-    queue_set_silent(queue, 7, false);
+    const bool silent[] = {false, true, true, false, false};
+    for (size_t i = 0; i < sizeof silent / sizeof *silent; i++)
+        queue_set_silent(queue, 7, silent[i]);
     for (uint32_t renderer = 0; renderer < RENDERERS; renderer++) {
         assert_true(next_tile(queue, renderer, &tile));
         queue_finish(queue, renderer, tile.id, 0, 0);
@@ -286,6 +313,7 @@ int main(void)
         cmocka_unit_test(test_progress_of_shares),
         cmocka_unit_test(test_progress_of_empty_shares),
         cmocka_unit_test(test_silent),
+        cmocka_unit_test(test_silent_tiles_go_out_once),
         cmocka_unit_test(test_nobody_is_silent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
