@@ -11,12 +11,12 @@
 #include "test/queue_late_fixture.h"
 
 /* A lot begins with expensive tiles and goes on with cheap ones, but never with so many that none are left for the end
- * of the run. */
+ * of the run. The column of tiles behind the middle is neither, as costs are smoothed. */
 static void test_cheap_go_with_dear(void **state)
 {
     (void)state;
     struct queue_config config = {
-        .width = 640, .height = 320, .renderers = 1, .tile_edge = 8, .probe_edge = 8};
+        .width = 640, .height = 320, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES];
     settle_halves(queue, 640);
@@ -26,8 +26,8 @@ static void test_cheap_go_with_dear(void **state)
     while (queue->waiting_work > 0.1 * queue->pace.total) {
         uint32_t count = queue_next(queue, 0, now, lot), cheap = 0;
         for (uint32_t i = 0; i < count; i++) {
-            cheap += lot[i].x >= 320;
-            if (cheap == 0) assert_true(lot[i].x < 320);
+            cheap += lot[i].x >= 336;
+            assert_true(cheap == 0 || lot[i].x >= 320);
             now += lot[i].x < 320 ? 1e-4 : 1e-6;
             queue_finish(queue, 0, lot[i].id, now, lot[i].x < 320 ? 1e-4 : 1e-6);
         }
@@ -37,6 +37,29 @@ static void test_cheap_go_with_dear(void **state)
     }
     assert_true(lots > 0 && 2 * with_both > lots);
     assert_true(queue->waiting_pixels > 640 * 320 / 10);
+    queue_destroy(queue);
+}
+
+/* Tiles of later passes go out in the order of their priorities: cheap ones wait for their turn. */
+static void test_later_passes_keep_their_order(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 64, .height = 64, .renderers = 4, .tile_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], tile = {.w = 2, .h = 2, .step = 1, .pass = 1};
+    for (uint32_t count; (count = queue_next(queue, 0, 0, lot)) > 0;)
+        finish_part(queue, 0, lot, 0, count);
+    for (uint32_t i = 0; i < 1024; i++) { /* the first half is cheap, and least urgent */
+        tile.x = i % 32 * 2, tile.y = i / 32 * 2;
+        queue_add(queue, &tile, i < 512 ? 1 : 100, i);
+    }
+    uint32_t next = 1024, lots = 0;
+    for (uint32_t count; (count = queue_next(queue, 0, 1e-3, lot)) > 0; lots++) {
+        for (uint32_t i = 0; i < count; i++)
+            assert_int_equal(lot[i].y / 2 * 32 + lot[i].x / 2, --next);
+        finish_part(queue, 0, lot, 0, count);
+    }
+    assert_true(next == 0 && lots > 20);
     queue_destroy(queue);
 }
 
@@ -113,6 +136,22 @@ static void test_two_lots(void **state)
     assert_true(queue_next(queue, 0, 0, tiles) > 0 && queue_is_full(queue, 0));
     assert_int_equal(queue_next(queue, 0, 0, tiles), 0);
     finish_part(queue, 0, lots[0], 0, counts[0]);
+    assert_true(queue_next(queue, 0, 1e-3, tiles) > 0);
+    queue_destroy(queue);
+}
+
+/* At the end of a run, what waits goes to those that have nothing: a renderer gets no lot that it could begin only when
+ * all others are done. */
+static void test_no_reserve_at_the_end(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    uint32_t counts[4];
+    struct queue *queue = begin_many(lots, counts);
+    finish_part(queue, 0, lots[0], 0, counts[0]);
+    while (queue->waiting.count > 8)
+        finish_part(queue, 0, tiles, 0, queue_next(queue, 0, 1e-3, tiles));
+    assert_int_equal(queue_next(queue, 1, 1e-3, tiles), 0);
     assert_true(queue_next(queue, 0, 1e-3, tiles) > 0);
     queue_destroy(queue);
 }
@@ -199,9 +238,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cheap_go_with_dear),
+        cmocka_unit_test(test_later_passes_keep_their_order),
         cmocka_unit_test(test_own_renderer_leaves_the_end),
         cmocka_unit_test(test_takes_long),
         cmocka_unit_test(test_two_lots),
+        cmocka_unit_test(test_no_reserve_at_the_end),
         cmocka_unit_test(test_late_is_news),
         cmocka_unit_test(test_calm),
         cmocka_unit_test(test_who_tells),
