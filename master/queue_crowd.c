@@ -40,7 +40,7 @@ static void count_working(struct queue *queue)
         const struct pace_renderer *r = &queue->pace.renderers[i];
         struct group_state *group = &queue->groups[crowd->group_of[i]];
         group->working += r->holds && !r->is_overdue;
-        group->idle += queue->holdings.holders[i].count == 0 && !r->is_overdue;
+        group->idle += queue->holdings.holders[i].count == 0;
     }
 }
 

@@ -9,15 +9,15 @@
 #include "common/cores.h"
 #include "test/queue_fixture.h"
 
-/* Four renderers on two cores of one machine. */
-static struct crowd crowd_on_two_cores(void)
+/* Four renderers on so many cores of one machine. */
+static struct crowd crowd_on(unsigned cores)
 {
     struct affinity affinities[4];
     struct crowd crowd;
     for (uint32_t i = 0; i < 4; i++) {
         affinities[i] = (struct affinity){.machine = "one"};
-        CPU_SET(0, &affinities[i].cores);
-        CPU_SET(1, &affinities[i].cores);
+        for (unsigned core = 0; core < cores; core++)
+            CPU_SET(core, &affinities[i].cores);
     }
     crowd_init(&crowd, affinities, 4);
     return crowd;
@@ -40,7 +40,7 @@ static struct queue *leave_tiles(const struct queue_config *config, uint32_t kee
 static void test_idle_without_a_core(void **state)
 {
     (void)state;
-    struct crowd crowd = crowd_on_two_cores();
+    struct crowd crowd = crowd_on(2);
     struct queue_config config = four;
     config.crowd = &crowd;
     for (uint32_t keepers = 1; keepers < 4; keepers++) {
@@ -62,22 +62,48 @@ static void test_idle_without_a_core(void **state)
     crowd_free(&crowd);
 }
 
-/* Where renderers share cores, none is asked to report tiles that take long: it may not have had a core meanwhile. */
+/* Where renderers share cores, none is asked to report tiles that take long: it may not have had a core meanwhile. Where
+ * there is a core for each, all are, as if nothing was known of cores. */
 static void test_shared_cores_report_nothing(void **state)
 {
     (void)state;
-    struct crowd crowd = crowd_on_two_cores();
     struct queue_config config = four;
-    for (int shared = 0; shared <= 1; shared++) {
+    for (unsigned cores = 0; cores <= 4; cores += 2) {
+        struct crowd crowd = crowd_on(cores);
         struct tile lot[LOT_TILES];
         float report_s[LOT_TILES];
-        config.crowd = shared ? &crowd : NULL;
+        config.crowd = cores ? &crowd : NULL;
         struct queue *queue = queue_create(&config);
         uint32_t count = queue_next(queue, 0, 0, lot);
         assert_true(count > 0);
-        assert_int_equal(queue_report_times(queue, 0, lot, count, report_s), shared ? 0 : count);
+        assert_int_equal(queue_report_times(queue, 0, lot, count, report_s),
+                         cores == 2 ? 0 : count);
         queue_destroy(queue);
+        crowd_free(&crowd);
     }
+}
+
+/* Four renderers per core share the probes: with more, a few would wait for the last of them. */
+static void test_four_per_core_probe(void **state)
+{
+    (void)state;
+    struct affinity affinities[8];
+    struct crowd crowd;
+    for (uint32_t i = 0; i < 8; i++) {
+        affinities[i] = (struct affinity){.machine = "one"};
+        CPU_SET(0, &affinities[i].cores);
+    }
+    crowd_init(&crowd, affinities, 8);
+    struct queue_config config = with_probes;
+    config.renderers = 8;
+    config.crowd = &crowd;
+    struct queue *queue = queue_create(&config);
+    for (uint32_t renderer = 0; renderer < 8; renderer++) {
+        struct tile lot[LOT_TILES];
+        assert_true(queue_next(queue, renderer, 0, lot) > 0);
+        assert_int_equal(lot[0].pass == TILE_PROBE, renderer < 4);
+    }
+    queue_destroy(queue);
     crowd_free(&crowd);
 }
 
@@ -87,12 +113,14 @@ static void test_finished_leaves_a_core(void **state)
     const struct tile more = {.w = 16, .h = 16, .step = 1, .pass = 1};
     struct tile lot[LOT_TILES];
     (void)state;
-    struct crowd crowd = crowd_on_two_cores();
+    struct crowd crowd = crowd_on(2);
     struct queue_config config = four;
     config.crowd = &crowd;
     struct queue *queue = leave_tiles(&config, 2);
     assert_int_equal(queue_idle_cores(queue), 0);
+    assert_false(queue_has_core(queue, 3));
     queue_finish(queue, 0, queue->holdings.holds[queue->holdings.holders[0].first].id, 1e-3, 1e-3);
+    assert_true(queue_has_core(queue, 3));
     assert_int_equal(queue_idle_cores(queue), 1);
     queue_add(queue, &more, 256, 1);
     assert_true(queue_next(queue, 3, 1e-3, lot) > 0);
@@ -106,7 +134,7 @@ static void test_finished_leaves_a_core(void **state)
 static void test_stopped_with_probes(void **state)
 {
     (void)state;
-    struct crowd crowd = crowd_on_two_cores();
+    struct crowd crowd = crowd_on(2);
     struct queue_config config = with_probes;
     config.crowd = &crowd;
     struct queue *queue = queue_create(&config);
@@ -119,6 +147,7 @@ static void test_stopped_with_probes(void **state)
         finish_lot(queue, 3, lot, count, 1e-3);
     assert_int_equal(queue->waiting.count, 0);
     queue_look(queue, 100);
+    assert_int_equal(queue_idle_cores(queue), 1); /* two, but one renderer that has nothing */
     for (uint32_t count; (count = queue_next(queue, 3, 100, lot)) > 0;)
         finish_lot(queue, 3, lot, count, 100);
     assert_true(queue_complete(queue));
@@ -131,15 +160,25 @@ static void test_stopped_with_probes(void **state)
 static void test_seconds_of_a_crowd(void **state)
 {
     (void)state;
-    struct crowd crowd = crowd_on_two_cores();
+    struct affinity affinities[5];
+    struct crowd crowd;
+    for (unsigned i = 0; i < 5; i++) { /* the last one has a core of its own */
+        affinities[i] = (struct affinity){.machine = "one"};
+        CPU_SET(i / 2, &affinities[i].cores);
+    }
+    crowd_init(&crowd, affinities, 5);
     struct queue_config config = four;
+    config.renderers = 5;
     struct queue *queue = queue_create(&config);
     assert_true(queue_seconds(queue, 0, 3, 1) == 3);
     queue_destroy(queue);
     config.crowd = &crowd;
     queue = queue_create(&config);
-    assert_true(queue_seconds(queue, 0, 1, 1) == 2); /* two to a core */
-    assert_true(queue_seconds(queue, 1, 7, 1) == 4); /* and another program uses the cores, too */
+    assert_true(queue_seconds(queue, 4, 3, 1) == 3 && queue_seconds(queue, 4, 1, 1) == 1);
+    assert_true(queue_seconds(queue, 2, 1, 0) == 0);         /* a clock with coarse ticks */
+    assert_true(queue_seconds(queue, 0, 0.25, 0.25) == 0.5); /* two to a core */
+    assert_true(queue_seconds(queue, 1, 1.75, 0.25) ==
+                1); /* and another program uses the cores, too */
     queue_destroy(queue);
     crowd_free(&crowd);
 }
@@ -149,6 +188,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_idle_without_a_core),
         cmocka_unit_test(test_shared_cores_report_nothing),
+        cmocka_unit_test(test_four_per_core_probe),
         cmocka_unit_test(test_finished_leaves_a_core),
         cmocka_unit_test(test_stopped_with_probes),
         cmocka_unit_test(test_seconds_of_a_crowd),
