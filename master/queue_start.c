@@ -113,10 +113,9 @@ static void add_probes(struct queue *queue)
     for (uint32_t i = 0; i < queue->map.probes; i++)
         queue_new_item(queue, &(struct item){.pass = TILE_PROBE});
     uint32_t stride = (uint32_t)(0.6180339887 * queue->map.probes);
-    while (stride == 0 || common_divisor(stride, queue->map.probes) != 1)
+    while (common_divisor(stride, queue->map.probes) != 1)
         stride++;
     queue->probe_stride = stride;
-    if (queue->map.probes > 0) note_size(queue, queue->map.probe_blocks);
 }
 
 /* The most probes of a probe tile for so many probes in all. */

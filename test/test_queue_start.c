@@ -191,6 +191,7 @@ static void test_end_of_what_is_left(void **state)
     struct tile lot[LOT_TILES];
     double now = 0, pixels = 0;
     queue_skip(queue, upper_half, NULL);
+    assert_int_equal(queue_count(queue).tiles, 8 * 6); /* none had to be split */
     while (pixels < 12 * 64) {
         uint32_t count = queue_next(queue, 0, now, lot);
         for (uint32_t i = 0; i < count; i++) {
@@ -259,6 +260,48 @@ static void test_probes_of_a_tile(void **state)
     assert_int_equal(probes_of_a_tile(7680, 4320, 100000), 8);
 }
 
+/* Every probe tile is handed out once, however many there are; and a few that follow each other are spread over the
+ * picture, so that a lot of them is as expensive as any other. */
+static void test_probes_are_spread(void **state)
+{
+    (void)state;
+    for (uint32_t tiles = 1; tiles <= LOT_TILES; tiles++) {
+        struct queue_config config = {
+            .width = 64, .height = 8 * tiles, .renderers = 1, .tile_edge = 16, .probe_edge = 8};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        bool seen[LOT_TILES] = {false};
+        uint32_t least = UINT32_MAX, most = 0;
+        assert_int_equal(queue_next(queue, 0, 0, lot), tiles);
+        for (uint32_t i = 0; i < tiles; i++) {
+            uint32_t row = lot[i].id - queue->first_probe;
+            assert_true(row < tiles && !seen[row]);
+            seen[row] = true;
+            if (i % 8 == 0) least = UINT32_MAX, most = 0;
+            least = row < least ? row : least, most = row > most ? row : most;
+            if (i % 8 == 7) assert_true(2 * (most - least) >= tiles);
+        }
+        queue_destroy(queue);
+    }
+}
+
+/* Before anything is known, the first tiles that renderers get come from all over the picture. */
+static void test_first_tiles_are_scattered(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 256, .height = 256, .renderers = 16, .tile_edge = 16};
+    struct queue *queue = queue_create(&config);
+    uint32_t quarters[4] = {0};
+    for (uint32_t renderer = 0; renderer < 16; renderer++) {
+        struct tile lot[LOT_TILES];
+        assert_true(queue_next(queue, renderer, 0, lot) > 0);
+        quarters[lot[0].x / 128 + 2 * (lot[0].y / 128)]++;
+    }
+    for (int i = 0; i < 4; i++)
+        assert_in_range(quarters[i], 2, 6);
+    queue_destroy(queue);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -272,6 +315,8 @@ int main(void)
         cmocka_unit_test(test_end_of_what_is_left),
         cmocka_unit_test(test_passes_behind_a_finished_one),
         cmocka_unit_test(test_probes_of_a_tile),
+        cmocka_unit_test(test_probes_are_spread),
+        cmocka_unit_test(test_first_tiles_are_scattered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
