@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "test/adaptive_by_hand_fixture.h"
 #include "test/adaptive_runs_fixture.h"
 #include "test/lattice_of.h"
 
@@ -115,6 +116,32 @@ static void test_no_time(void **state)
     drop(&cut);
 }
 
+/* What the first samples of a pixel will take is told to adaptive_cut(); if not, it is taken to be what those took that
+ * have come in. From then on it is what those of the last pass took. */
+static void test_time_for_first_samples(void **state)
+{
+    (void)state;
+    const struct sent sent = {0.5f, 0, APART, {1, 1}};
+    for (int told = 0; told <= 1; told++) {
+        struct canvas canvas;
+        struct view view = view_of(4, 64);
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 0);
+        put(adaptive, columns(0, 8), sent, 64); /* 1 s each, and 128 pixels are left */
+        adaptive_cut(adaptive, told ? 128 * 4 : 0);
+        assert_true(adaptive_plan(adaptive, told ? 4 * 4 : 4));
+        assert_true(adaptive_limit(adaptive) == -1 - 5 && adaptive_pixels(adaptive, &all) == 4);
+        put(adaptive, all, sent, 4 * 10);
+        assert_true(adaptive_plan(adaptive, 12 * 10));
+        assert_true(adaptive_limit(adaptive) == -1 - 3 && adaptive_pixels(adaptive, &all) == 12);
+        put(adaptive, all, sent, 12 * 2);
+        assert_true(adaptive_plan(adaptive, 48 * 2));
+        assert_true(adaptive_limit(adaptive) == -1 - 1 && adaptive_pixels(adaptive, &all) == 48);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
 /* A pass over a lattice can be planned again from its limit; limits that stand for no lattice are refused. */
 static void test_lattice_again(void **state)
 {
@@ -131,6 +158,7 @@ static void test_lattice_again(void **state)
     assert_true(adaptive_plan_hash(again.adaptive, &everything) ==
                 adaptive_plan_hash(first.adaptive, &everything));
     render_pass(again.adaptive, &view, ball, 16, false);
+    assert_false(adaptive_replan(again.adaptive, adaptive_limit(first.adaptive)));
     assert_true(adaptive_plan(again.adaptive, HUGE_VAL));
     render_pass(again.adaptive, &view, ball, 16, false);
     assert_false(adaptive_replan(again.adaptive, -1)); /* there is nothing left for it */
@@ -192,6 +220,7 @@ int main(void)
         cmocka_unit_test(test_cut_off),
         cmocka_unit_test(test_not_met_without_samples),
         cmocka_unit_test(test_no_time),
+        cmocka_unit_test(test_time_for_first_samples),
         cmocka_unit_test(test_lattice_again),
         cmocka_unit_test(test_strange_limit_cuts_nothing),
         cmocka_unit_test(test_complete_is_not_cut),
