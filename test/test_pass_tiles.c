@@ -170,6 +170,55 @@ static void test_edges(void **state)
         assert_true(tile.x == 16 * i && tile.w == (i ? WIDE - 16 : 16) && tile.h == HIGH);
     }
     queue_destroy(queue);
+    struct queue_config smaller = config;
+    smaller.width = smaller.height = 5;
+    queue = queue_create(&smaller);
+    first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 2 * WIDE / 4);
+    for (uint32_t i = 0; i < 2 * WIDE / 4; i++) {
+        struct tile tile = item_tile(&queue->items[first + i]);
+        assert_true(tile.x == i % 6 * 4 && tile.y == i / 6 * 4 && tile.w == 4 && tile.h == 4);
+    }
+    queue_destroy(queue);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* First samples that pass 0 did not get to: what probes tell to be expensive goes first, as in pass 0. */
+static void test_first_samples(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct view view = view_of(4, 1024);
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 0);
+    put(adaptive, columns(0, 1), (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    adaptive_cut(adaptive, 0);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_first(adaptive));
+    struct queue_config probed = config;
+    probed.probe_edge = 4;
+    struct queue *queue = queue_create(&probed);
+    struct tile lot[LOT_TILES];
+    for (uint32_t i = 0; !queue->settled; i++) {
+        uint32_t count = queue_next(queue, i % 4, 0, lot);
+        for (uint32_t k = 0; k < count; k++) {
+            float seconds[64];
+            for (uint32_t p = 0; p < tile_pixels(&lot[k]); p++) {
+                uint32_t x, y;
+                tile_pixel(&lot[k], p, &x, &y);
+                seconds[p] = x < WIDE / 2 ? 1e-6f : 1e-4f;
+            }
+            assert_true(queue_probed(queue, &lot[k], seconds));
+            queue_finish(queue, i % 4, lot[k].id, 1e-3, 1e-3);
+        }
+    }
+    uint32_t first = queue->item_count;
+    pass_tiles_add(queue, adaptive, 4);
+    assert_int_equal(queue->item_count, first + 3);
+    assert_true(queue->items[first + 1].priority > queue->items[first].priority);
+    assert_true(queue->items[first + 2].priority > queue->items[first + 1].priority);
+    queue_destroy(queue);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -222,6 +271,7 @@ int main(void)
         cmocka_unit_test(test_pass_0),        cmocka_unit_test(test_order),
         cmocka_unit_test(test_nothing_to_do), cmocka_unit_test(test_no_time),
         cmocka_unit_test(test_lost_time),     cmocka_unit_test(test_edges),
+        cmocka_unit_test(test_first_samples),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
