@@ -196,9 +196,8 @@ static const char *polygon_error(const struct scene *scene)
 
 static bool cone_valid(const struct cone *cone)
 {
-    struct vec3 axis = vec_sub(cone->apex, cone->base);
-    return vec_is_finite(cone->base) && vec_is_finite(cone->apex) && vec_is_finite(axis) &&
-           !vec_is_zero(axis) && at_least_zero(cone->base_radius) &&
+    struct vec3 axis = vec_sub(cone->apex, cone->base); /* finite only if both ends are */
+    return vec_is_finite(axis) && !vec_is_zero(axis) && at_least_zero(cone->base_radius) &&
            at_least_zero(cone->apex_radius) && cone->base_radius + cone->apex_radius > 0 &&
            cone->capped <= 1;
 }

@@ -76,23 +76,64 @@ static void test_header_and_view(void **state)
     REFUSED(scene->primitives[PRIMITIVE_PATCH].count, UINT64_C(1) << 62);
     REFUSED(scene->view.width, 0);
     REFUSED(scene->view.width, 65536);
+    REFUSED(scene->view.height, 0);
+    REFUSED(scene->view.height, 65536);
     REFUSED(scene->view.region_x, 640);
+    REFUSED(scene->view.region_w, 0);
     REFUSED(scene->view.region_w, 641);
     REFUSED(scene->view.region_w, UINT32_MAX);
+    REFUSED(scene->view.region_y, 480);
     REFUSED(scene->view.region_h, 0);
+    REFUSED(scene->view.region_h, 481);
     REFUSED(scene->view.min_samples, 0);
     REFUSED(scene->view.min_samples, scene->view.max_samples + 1);
     REFUSED(scene->view.max_samples, 65537);
     REFUSED(scene->view.max_depth, 1000001);
     REFUSED(scene->view.shadows, 2);
     REFUSED(scene->view.formulas, 2);
+    REFUSED(scene->view.reserved, 1);
+    REFUSED(scene->view.processor, PROCESSOR_LEVELS);
+    REFUSED(scene->view.variant, 2);
     REFUSED(scene->view.cutoff, -1);
     REFUSED(scene->view.cutoff, nan(""));
     REFUSED(scene->view.camera.eye.x, HUGE_VAL);
     REFUSED(scene->view.camera.forward.z, -1.001);
     REFUSED(scene->view.camera.right, vec3(0, 0, 0));
+    REFUSED(scene->view.camera.right.x, HUGE_VAL);
+    REFUSED(scene->view.camera.down, vec3(0, 0, 0));
+    REFUSED(scene->view.camera.down.y, nan(""));
     REFUSED(scene->view.background_top.y, -0.1);
+    REFUSED(scene->view.background_bottom.z, HUGE_VAL);
     REFUSED(scene->view.background_up.y, nan(""));
+    free(scene);
+}
+
+/* The picture of the largest width and height has too many pixels. */
+static void test_too_many_pixels(void **state)
+{
+    struct scene *scene = make(state);
+    scene->view.width = PICTURE_MAX_EDGE;
+    REFUSED(scene->view.height, PICTURE_MAX_EDGE);
+    free(scene);
+}
+
+/* No array of the block goes on behind its end, be it by a single element. */
+static void test_spans(void **state)
+{
+    struct scene *scene = make(state);
+    struct {
+        struct scene_span *span;
+        size_t size;
+    } spans[4 + PRIMITIVE_KINDS] = {{&scene->vertices, sizeof(struct vec3)},
+                                    {&scene->normals, sizeof(struct vec3)},
+                                    {&scene->materials, sizeof(struct material)},
+                                    {&scene->lights, sizeof(struct light)}};
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
+        spans[4 + kind].span = &scene->primitives[kind];
+        spans[4 + kind].size = primitive_size((enum primitive_kind)kind);
+    }
+    for (size_t i = 0; i < sizeof spans / sizeof *spans; i++)
+        REFUSED(spans[i].span->count, (scene->bytes - spans[i].span->offset) / spans[i].size + 1);
     free(scene);
 }
 
@@ -113,9 +154,17 @@ static void test_elements(void **state)
     REFUSED(vertices[5].y, nan(""));
     REFUSED(normals[0].z, 1.0001);
     REFUSED(materials[0].color.x, -1);
+    REFUSED(materials[0].ambient, -0.1);
+    REFUSED(materials[0].diffuse, nan(""));
+    REFUSED(materials[0].specular, -1);
+    REFUSED(materials[0].shininess, -1);
+    REFUSED(materials[0].reflection, -0.1);
+    REFUSED(materials[0].reflection, 1.5);
+    REFUSED(materials[0].transmission, -0.1);
     REFUSED(materials[0].transmission, 1.5);
     REFUSED(materials[0].ior, 0);
     REFUSED(lights[0].position.x, nan(""));
+    REFUSED(lights[0].color.y, -1);
     vertices[triangle->vertex[0]].y = vertices[patches->vertex[0]].y = 0x1.8p1023;
     REFUSED(vertices[triangle->vertex[1]].y, -0x1.8p1023);
     REFUSED(vertices[patches->vertex[1]].y, -0x1.8p1023);
@@ -124,21 +173,33 @@ static void test_elements(void **state)
     REFUSED(patches->vertex[0], UINT32_MAX);
     REFUSED(patches->normal[1], 3);
     REFUSED(patches->material, too_many);
+    REFUSED(sphere->center.z, HUGE_VAL);
     REFUSED(sphere->radius, 0);
     REFUSED(sphere->inside_only, 2);
     REFUSED(sphere->material, too_many);
     REFUSED(box->min.x, 2);
     REFUSED(box->min.x, box->max.x);
+    REFUSED(box->min.y, -HUGE_VAL);
+    REFUSED(box->max.z, HUGE_VAL);
     REFUSED(box->material, too_many);
     REFUSED(cone->apex, cone->base);
     cone->apex.x = 0x1.8p1023;
     REFUSED(cone->base.x, -0x1.8p1023);
     cone->apex.x = 0;
-    REFUSED(cone->base_radius, -1);
+    REFUSED(cone->base.y, HUGE_VAL);
+    REFUSED(cone->apex.z, nan(""));
     REFUSED(cone->base_radius, 0);
+    cone->apex_radius = 2; /* more than at the base is all right */
+    assert_true(scene_valid(scene, scene->bytes, NULL));
+    REFUSED(cone->base_radius, -1);
+    REFUSED(cone->apex_radius, -0.5);
+    REFUSED(cone->capped, 2);
     REFUSED(cone->material, too_many);
+    REFUSED(disc->center.x, nan(""));
     REFUSED(disc->normal.x, 1);
     REFUSED(disc->radius, HUGE_VAL);
+    REFUSED(disc->material, too_many);
+    REFUSED(plane->point.y, HUGE_VAL);
     REFUSED(plane->normal.y, 0);
     REFUSED(plane->material, too_many);
     free(scene);
@@ -161,6 +222,34 @@ static void test_features(void **state)
     assert_string_equal(scene_feature_name(2), "spheres");
     assert_string_equal(scene_feature_name(11), "refraction");
     free(scene);
+    write_text("dull.ini", "[material dull]\nspecular = 0\n[light]\nposition = 1 2 3\n"
+                           "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = dull\n");
+    scene = scratch_scene(*state, "dull.ini", NULL);
+    assert_int_equal(scene_features(scene), FEATURE_SPHERES | FEATURE_LIGHTS | FEATURE_SHADOWS);
+    struct material *dull = at(scene, &scene->materials);
+    dull->specular = 1; /* highlights are those of lights */
+    scene->lights.count = 0;
+    assert_int_equal(scene_features(scene), FEATURE_SPHERES);
+    free(scene);
+}
+
+/* Each primitive has its own material, whatever its kind and wherever it is among those of its kind. */
+static void test_materials(void **state)
+{
+    write_text("spheres.ini", "[camera]\neye = 0 0 9\nlook_at = 0 0 0\n"
+                              "[material a]\nior = 2\n[material b]\nior = 3\n"
+                              "[sphere s]\ncenter = 0 0 0\nradius = 1\nmaterial = a\n"
+                              "[sphere t]\ncenter = 0 0 0\nradius = 2\nmaterial = b\n"
+                              "[plane p]\npoint = 0 0 0\nnormal = 0 1 0\nmaterial = a\n"
+                              "[plane q]\npoint = 0 1 0\nnormal = 0 1 0\nmaterial = b\n");
+    struct scene *scene = scratch_scene(*state, "spheres.ini", NULL);
+    const struct material *materials = scene_materials(scene);
+    const enum primitive_kind kinds[] = {PRIMITIVE_SPHERE, PRIMITIVE_PLANE};
+    for (size_t i = 0; i < 4; i++) {
+        uint32_t id = primitive_id(kinds[i / 2], i % 2);
+        assert_true(materials[primitive_material(scene, id)].ior == (i % 2 ? 3 : 2));
+    }
+    free(scene);
 }
 
 int main(void)
@@ -169,8 +258,11 @@ int main(void)
         cmocka_unit_test(test_good),
         cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_header_and_view),
+        cmocka_unit_test(test_too_many_pixels),
+        cmocka_unit_test(test_spans),
         cmocka_unit_test(test_elements),
         cmocka_unit_test(test_features),
+        cmocka_unit_test(test_materials),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
