@@ -39,6 +39,7 @@ static void test_reading(void **state)
     float values[13] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
     assert_true(reads("PF\n2 2\n-1.0\n", values, 12));
     assert_true(reads("PF 2 2 -0.5\n", values, 12));
+    assert_true(reads("PF\t2\r2\t-1\r", values, 12));
     assert_false(reads("PF\n2 2\n-1.0\n", values, 11));
     assert_has(why, "reference.pfm: is cut, expected a colour PFM of 2 x 2 pixels");
     assert_false(reads("PF\n2 2\n-1.0\n", values, 0));
@@ -46,8 +47,11 @@ static void test_reading(void **state)
     assert_false(reads("PF\n2 2\n-1.0\n", values, 13));
     assert_has(why, " goes on behind its pixels,");
     assert_false(reads("PF\n2 3\n-1.0\n", values, 12));
+    assert_has(why, " has 2 x 3 pixels,");
+    assert_false(reads("PF\n3 2\n-1.0\n", values, 12));
     assert_false(reads("PF\n2 2\n0\n", values, 12));
     assert_false(reads("PF\n2 2\nx\n", values, 12));
+    assert_false(reads("PF\n2 2\n-1x\n", values, 12));
     assert_false(reads("Pf\n2 2\n-1.0\n", values, 12));
     assert_false(reads("P6\n2 2\n255\n", values, 12));
     assert_false(reads("PF\n2 2", values, 0));
@@ -64,6 +68,7 @@ static void test_no_file(void **state)
 {
     (void)state;
     static const char *const paths[] = {"pipe.pfm", "folder.pfm", "nothing.pfm"};
+    static const char *const wrong[] = {"is not a regular file", "is a folder", "cannot be opened"};
     struct canvas canvas;
     assert_int_equal(mkfifo(paths[0], 0600), 0);
     assert_int_equal(mkdir(paths[1], 0700), 0);
@@ -72,6 +77,7 @@ static void test_no_file(void **state)
         assert_false(truth_read(paths[i], 2, 2, &canvas));
         message_capture(NULL, 0);
         assert_true(strncmp(why, paths[i], strlen(paths[i])) == 0);
+        assert_has(why, wrong[i]);
         assert_true(strchr(why, '\n') == why + strlen(why) - 1);
     }
 }
@@ -115,9 +121,13 @@ static void test_differences(void **state)
     struct truth truth = truth_of(&canvas, &reference);
     assert_true(fabs(truth.rmse - sqrt((20 * 4 + 9) / 30000.0)) < 1e-12);
     assert_true(truth.most == 3 && truth.p999 == 2);
+    for (int i = 0; i < 20; i++)
+        canvas.rgb[3 * i] = 2 + (float)i / 7; /* 10 of them are larger than 99.9 % of all */
+    truth = truth_of(&canvas, &reference);
+    assert_true(truth.p999 == (double)(2 + 9.0f / 7));
     canvas.rgb[299] = NAN; /* the difference of such a pixel is not 0 */
     truth = truth_of(&canvas, &reference);
-    assert_true(truth.most == HUGE_VAL && truth.p999 == 2);
+    assert_true(truth.most == HUGE_VAL && truth.p999 == (double)(2 + 10.0f / 7));
     canvas_free(&canvas);
     canvas_free(&reference);
 }
