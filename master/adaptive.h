@@ -94,7 +94,7 @@ void adaptive_cut(struct adaptive *adaptive, double seconds);
  * Plans the next pass; all pixels of the last one must be in. seconds: of rendering, summed over all renderers, that
  * the pass is to take at most, as far as that can be foreseen; HUGE_VAL: any. The pass asks for some samples in any
  * case. Returns false if no pass is needed, as the target is met, or none is possible, as all pixels that have an error
- * have max_samples, or none is worth it, as those that have them have so much error that the target is out of reach.
+ * have max_samples, or none is worth it, as the target is out of reach of max_samples and what they can remove is gone.
  */
 bool adaptive_plan(struct adaptive *adaptive, double seconds);
 

@@ -89,14 +89,6 @@ double allocation_squares(const struct allocation *allocation)
     return allocation->all_squares;
 }
 
-double allocation_done_squares(const struct allocation *allocation)
-{
-    double sum = 0;
-    for (int bin = 0; bin < BINS; bin++)
-        sum += allocation->squares[bin][0];
-    return sum;
-}
-
 /* Twice as many samples leave 2^-3/2 of a pixel's squared error (allocation.h) and, at twice the cost, half as much of
  * its gain, 2^-5/2. */
 #define ERROR_OF_DOUBLE 0.35355339059327379

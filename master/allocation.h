@@ -37,9 +37,6 @@ void allocation_join(struct allocation *allocation, const struct allocation *oth
 /* Sum of the squares of all pixels that were added. */
 double allocation_squares(const struct allocation *allocation);
 
-/* The same of those pixels whose samples cannot be doubled any more. */
-double allocation_done_squares(const struct allocation *allocation);
-
 /* The outcome of a limit: what it leaves of all squares, and the effort of all further samples, if each pixel gets
  * its own in a single pass. */
 struct allocation_outcome {
