@@ -146,7 +146,9 @@ static void test_asked_again(void **state)
     struct adaptive *adaptive = begin_even(&canvas, 1024, EVEN / 1.5);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     assert_true(!adaptive_is_met(adaptive));
-    put(adaptive, all, (struct sent){0.5f, 0, 0, {1, 1}}, 2);
+    put(adaptive, columns(0, 20), (struct sent){0.5f, 0, 0, {1, 1}}, 2);
+    assert_true(!adaptive_is_met(adaptive)); /* which nobody knows before the pass is complete */
+    put(adaptive, columns(20, 4), (struct sent){0.5f, 0, 0, {1, 1}}, 2);
     assert_true(adaptive_is_met(adaptive)); /* nobody has asked for another pass yet */
     assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
@@ -195,6 +197,37 @@ static void test_nothing_left_to_double(void **state)
     canvas_free(&canvas);
 }
 
+/* What a run with more max_samples would take does not depend on those of this run. */
+static void test_with_more_max_samples(void **state)
+{
+    (void)state;
+    double foreseen[2];
+    for (int i = 0; i < 2; i++) {
+        struct canvas canvas;
+        uint32_t most = i ? 64 : 4096;
+        struct adaptive *adaptive = begin_even(&canvas, most, 1e-3);
+        assert_int_equal(adaptive_max_samples(adaptive), most);
+        foreseen[i] = adaptive_forecast(adaptive, EVEN / 100, 1.5, 4096);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+    assert_true(foreseen[0] > 0 && foreseen[0] < HUGE_VAL && foreseen[1] == foreseen[0]);
+}
+
+/* Where all halves agree, nothing tells what a lower error would take. */
+static void test_no_error_shows(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct canvas canvas;
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 0);
+    put(adaptive, all, (struct sent){0.5f, 0, 0, {1, 1}}, 1);
+    assert_true(isnan(forecast_of(adaptive, 1e-3, 1.5)));
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,6 +237,8 @@ int main(void)
         cmocka_unit_test(test_asked_again),
         cmocka_unit_test(test_agreement_by_chance),
         cmocka_unit_test(test_nothing_left_to_double),
+        cmocka_unit_test(test_with_more_max_samples),
+        cmocka_unit_test(test_no_error_shows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,7 +33,29 @@ static void test_part_of_a_pass(void **state)
             assert_true(canvas.rgb[3 * (y * WIDE + x)] ==
                         (x < 12 ? 1 : (float)(100 + 8 * y + x - 8)));
     assert_false(adaptive_is_complete(adaptive));
+    (void)adaptive_errors(adaptive, &pixels, &samples);
+    assert_int_equal(pixels, 16 * HIGH);
     put(adaptive, columns(16, 8), (struct sent){1, 0, APART, {1, 1}}, 1);
+    assert_true(adaptive_is_complete(adaptive));
+    (void)adaptive_errors(adaptive, &pixels, &samples);
+    assert_int_equal(pixels, ALL);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* So it is where only rows below the first one were in. */
+static void test_lower_part_of_a_pass(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 64);
+    struct canvas canvas;
+    const struct tile lower = {.y = 3, .w = WIDE, .h = HIGH - 3, .step = 1};
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    put(adaptive, lower, (struct sent){1, 0, APART, {1, 1}}, 1);
+    put(adaptive, all, (struct sent){100, 1, APART, {1, 1}}, 1);
+    for (uint32_t i = 0; i < ALL; i++)
+        assert_true(canvas.rgb[3 * i] == (i < 3 * WIDE ? (float)(100 + i) : 1));
     assert_true(adaptive_is_complete(adaptive));
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
@@ -150,6 +172,9 @@ static void test_costs_of_samples(void **state)
     assert_true(cost_at(costs, 8) == 1 && cost_at(costs, 11) == 1); /* as before */
     assert_true(cost_at(costs, 12) == 2 && cost_at(costs, 15) == 2 && cost_at(costs, 16) == 0);
     assert_true(cost_at(costs, (HIGH - 1) * WIDE + 15) == 2);
+    const struct tile done = columns(0, 8);
+    adaptive_spread(adaptive, &done, 1, costs);
+    assert_true(cost_at(costs, 0) == 0 && cost_at(costs, 4) == 1);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -183,9 +208,10 @@ static void test_costs_of_refined_pixels(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_part_of_a_pass),   cmocka_unit_test(test_tile_with_steps),
-        cmocka_unit_test(test_work_of_a_pass),   cmocka_unit_test(test_plans_are_told_apart),
-        cmocka_unit_test(test_costs_of_samples), cmocka_unit_test(test_costs_of_refined_pixels),
+        cmocka_unit_test(test_part_of_a_pass),       cmocka_unit_test(test_tile_with_steps),
+        cmocka_unit_test(test_work_of_a_pass),       cmocka_unit_test(test_plans_are_told_apart),
+        cmocka_unit_test(test_costs_of_samples),     cmocka_unit_test(test_costs_of_refined_pixels),
+        cmocka_unit_test(test_lower_part_of_a_pass),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

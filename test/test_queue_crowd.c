@@ -62,8 +62,8 @@ static void test_idle_without_a_core(void **state)
     crowd_free(&crowd);
 }
 
-/* Where renderers share cores, none is asked to report tiles that take long: it may not have had a core meanwhile. Where
- * there is a core for each, all are, as if nothing was known of cores. */
+/* Where renderers share cores, none is asked to report tiles that take long: it may not have had a core meanwhile.
+ * Where there is a core for each, all are, as if nothing was known of cores. */
 static void test_shared_cores_report_nothing(void **state)
 {
     (void)state;

@@ -251,8 +251,8 @@ static void test_silent(void **state)
     }
 }
 
-/* Two idle renderers share what a silent one holds, one tile at a time, whichever renderer is silent; what these hold is
- * not handed out again, and neither is what the silent one has answered after all. */
+/* What a silent renderer holds, whichever it is, goes to an idle one once. It is not handed out again when that one is
+ * silent, too, but the first one has answered after all. */
 static void test_silent_tiles_go_out_once(void **state)
 {
     (void)state;
