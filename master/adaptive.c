@@ -164,8 +164,8 @@ void adaptive_predict_work(struct adaptive *adaptive)
 bool adaptive_is_met(struct adaptive *adaptive)
 {
     if (adaptive->is_met) return true;
-    return adaptive->target > 0 && adaptive->pass.missing == 0 &&
-           adaptive->statistics.unsampled == 0 && meets_target(adaptive, pass_error(adaptive));
+    return adaptive->pass.missing == 0 && adaptive->statistics.unsampled == 0 &&
+           meets_target(adaptive, pass_error(adaptive));
 }
 
 /* The seconds beyond those so far in which a run with these levels leaves this share of the squares. */

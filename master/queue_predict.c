@@ -29,13 +29,12 @@ double predictions_share(const struct queue *queue, const struct item *part,
     if (a + b > 0) return a / (a + b);
     a = cost_predict(&queue->map, part->x, part->y, part->w, part->h).work;
     b = cost_predict(&queue->map, rest->x, rest->y, rest->w, rest->h).work;
-    return a + b > 0 ? a / (a + b) : 0.5;
+    return a / (a + b); /* both are above 0 */
 }
 
-/* The tile's work relative to what the map predicts; until it is settled, the map says 1 for every pixel. */
+/* The tile's work relative to what the map predicts. */
 static double work_ratio(const struct queue *queue, const struct item *item)
 {
-    if (!queue->settled) return (double)item->work / (double)area(item);
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 

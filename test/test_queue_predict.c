@@ -128,6 +128,54 @@ static void test_predictions_stay_numbers(void **state)
     }
 }
 
+/* The renderer answers its probes, which cost so many seconds a pixel. */
+static void answer_alike(struct queue *queue, uint32_t renderer, const struct tile *lot,
+                         uint32_t count, float cost)
+{
+    float seconds[64];
+    for (uint32_t p = 0; p < 64; p++)
+        seconds[p] = cost;
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(lot[i].pass == TILE_PROBE && queue_probed(queue, &lot[i], seconds));
+        queue_finish(queue, renderer, lot[i].id, 1e-3, 1e-3);
+    }
+}
+
+/* Tiles of later passes keep their work relative to what the map predicts, whenever that changes. The priority that
+ * they were added with stays if costs were known then. Whoever waits for work is told of new predictions. */
+static void test_added_tiles_are_predicted(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 64, .height = 64, .renderers = 2, .tile_edge = 16, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lots[2][LOT_TILES], tile = {.w = 16, .h = 16, .step = 1, .pass = 1};
+    uint32_t counts[2];
+    for (uint32_t renderer = 0; renderer < 2; renderer++)
+        counts[renderer] = queue_next(queue, renderer, 0, lots[renderer]);
+    assert_int_equal(counts[0] + counts[1], queue->map.probes);
+    uint32_t early = queue->item_count;
+    queue_add(queue, &tile, 2 * queue_work(queue, &tile), 1e30);
+    answer_alike(queue, 0, lots[0], counts[0], 1e-4f);
+    uint64_t news = queue_news(queue);
+    queue_end_probes(queue, 1e-3);
+    assert_true(queue->settled && queue_news(queue) != news);
+    double before = queue_work(queue, &tile);
+    assert_close((double)queue->items[early].work, 2 * before, 1e-5);
+    assert_true(queue->items[early].priority < 1e30);
+    uint32_t late = queue->item_count;
+    queue_add(queue, &tile, 3 * before, 77);
+    news = queue_news(queue);
+    answer_alike(queue, 1, lots[1], counts[1], 5e-4f);
+    assert_true(queue_news(queue) != news);
+    double after = queue_work(queue, &tile);
+    assert_true(fabs(after / before - 1) > 0.1);
+    assert_close((double)queue->items[early].work, 2 * after, 1e-5);
+    assert_close((double)queue->items[late].work, 3 * after, 1e-5);
+    assert_true(queue->items[late].priority == 77);
+    queue_destroy(queue);
+}
+
 /* Renderer 0 finishes tiles in the predicted time until it gets one amid the cheap half whose successor still waits;
  * returns that tile. */
 static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
@@ -188,6 +236,35 @@ static void test_neighbours_are_raised(void **state)
     }
 }
 
+/* The tiles above and to the left are raised, too, where they wait. */
+static void test_all_neighbours_are_raised(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 256, .height = 256, .renderers = 32, .tile_edge = 16};
+    struct queue *queue = queue_create(&config); /* without probes: the first tiles are scattered */
+    struct tile lot[LOT_TILES], tile = {0};
+    uint32_t renderer = 0, count = queue_next(queue, 0, 0, lot);
+    for (uint32_t i = 0; i < count; i++)
+        queue_finish(queue, 0, lot[i].id, 1e-3, 1e-3);
+    while (tile.x < 64 || tile.x > 176 || tile.y < 64 || tile.y > 176) {
+        assert_true(queue_next(queue, ++renderer, 1e-3, lot) > 0);
+        tile = lot[0];
+    }
+    queue_finish(queue, renderer, tile.id, 1, 1);
+    uint32_t before = 0, behind = 0;
+    for (uint32_t id = 0; id < queue->item_count; id++) {
+        const struct item *item = &queue->items[id];
+        if (!agenda_has(&queue->waiting, id)) continue;
+        bool near = apart(item->x / 16, tile.x / 16) <= 1 && apart(item->y / 16, tile.y / 16) <= 1;
+        assert_int_equal((double)item->work > 2 * (double)area(item), near);
+        before += near && item->y < tile.y;
+        behind += near && item->y > tile.y;
+    }
+    assert_true(before == 3 && behind == 3);
+    queue_destroy(queue);
+}
+
 /* Where tiles are large, only what is near the expensive one is taken to be as expensive, whatever tiles it is part of:
  * otherwise a few expensive pixels would make all predictions far too high. */
 static void test_large_tiles_are_raised_in_part(void **state)
@@ -218,7 +295,9 @@ int main(void)
         cmocka_unit_test(test_unknown_costs),
         cmocka_unit_test(test_costs_by_a_clock_that_stands_still),
         cmocka_unit_test(test_predictions_stay_numbers),
+        cmocka_unit_test(test_added_tiles_are_predicted),
         cmocka_unit_test(test_neighbours_are_raised),
+        cmocka_unit_test(test_all_neighbours_are_raised),
         cmocka_unit_test(test_large_tiles_are_raised_in_part),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
