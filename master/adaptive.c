@@ -17,11 +17,11 @@
 #define PASS_AIM_MIN 0.12
 #define PASS_AIM_MAX 0.93
 
-/* The target is out of reach where even max_samples of every pixel are expected to leave LEAST_STOP times the squared
- * error that it allows. Then all further samples together are not worth a pass once the squared error is at most
- * LEAST_STOP times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that one that
- * falls somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for a target
- * of 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many rays, for
+/* The target is out of reach where even max_samples of every pixel are expected to leave more than the squared error
+ * that it allows. Then all further samples together are not worth a pass once the squared error is at most LEAST_STOP
+ * times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that one that falls
+ * somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for a target of
+ * 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many rays, for
  * errors that are 2 to 4 % smaller. */
 #define LEAST_STOP 1.1
 #define LEAST_AIM  1.05
@@ -116,7 +116,7 @@ static double pass_goal(const struct adaptive *adaptive, const struct allocation
     double wanted = adaptive->target / high, share = fmax(PASS_AIM_MIN, wanted);
     if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
     double goal = share * share * squares;
-    bool in_reach = least <= LEAST_STOP * wanted * wanted * squares;
+    bool in_reach = least <= wanted * wanted * squares;
     if (!(adaptive->target > 0) || in_reach) return goal;
     return squares <= LEAST_STOP * least ? HUGE_VAL : fmax(goal, LEAST_AIM * least);
 }

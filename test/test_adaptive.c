@@ -184,6 +184,10 @@ static void test_max_samples_end_it(void **state)
     assert_int_equal(most, 12);
     assert_true(result.high > 1e-9);
     drop(&result);
+    /* Without a target, but with plenty of time, all pixels get them. */
+    run(&result, ball, &view, 0, 32, false);
+    assert_true(result.samples == 12);
+    drop(&result);
 }
 
 /* Where max_samples keep the target out of reach, not all pixels get them: be it that those with an error come to
@@ -203,6 +207,22 @@ static void test_out_of_reach(void **state)
         drop(&result);
         drop(&all);
     }
+}
+
+/* A target that max_samples just reach is met; one that they just miss does not make all pixels get them. */
+static void test_just_in_reach(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 64);
+    struct result far, near;
+    run(&far, ball, &view, 1e-6, 32, false);
+    run(&near, ball, &view, 1.03 * far.high, 32, false);
+    assert_true(near.high <= 1.03 * far.high);
+    drop(&near);
+    run(&near, ball, &view, 0.94 * far.high, 32, false);
+    assert_true(near.high > 0.94 * far.high && near.samples < 0.15 * 64);
+    drop(&near);
+    drop(&far);
 }
 
 /* A pixel that is not finite, or whose contrast is not, spoils neither the estimate nor the plan of the
@@ -266,6 +286,7 @@ int main(void)
         cmocka_unit_test(test_wire_is_followed),
         cmocka_unit_test(test_max_samples_end_it),
         cmocka_unit_test(test_out_of_reach),
+        cmocka_unit_test(test_just_in_reach),
         cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_vain_plan_changes_nothing),
     };
