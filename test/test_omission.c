@@ -110,6 +110,18 @@ static void test_largest_stay(void **state)
     }
 }
 
+/* A few rays that nobody looks at count, too. */
+static void test_few_rays_count(void **state)
+{
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    for (int i = 0; i < 3; i++)
+        add_ray(omission, &sample->radiance, 0.5, vec3(1, 1, 1), false);
+    omission_found(omission, vec3(1, 1, 1), vec3(0.25, 0, 0));
+    double bound = omission_bound(omission);
+    assert_true(bound >= 1.75 && bound < 1.7500001);
+}
+
 /* Rays of equal importance are folded, too. */
 static void test_equal_rays_are_folded(void **state)
 {
@@ -218,6 +230,16 @@ static void test_light_that_grows(void **state)
         double bound = omission_bound(&omission);
         assert_true(grows ? bound == HUGE_VAL : bound >= 0.75 && bound < 0.7500001);
     }
+    /* What shows no light, and a light that is none, stay dark however much the light grows. */
+    struct light *lights = (struct light *)((char *)scene + scene->lights.offset);
+    for (int no_light = 0; no_light < 2; no_light++) {
+        material.diffuse = no_light ? 0.5 : 0;
+        if (no_light) lights[0].color = vec3(0, 0, 0);
+        omission_clear(&omission);
+        omission_found_point(&omission, &radiance, vec3(1, 1, 1), &at);
+        double bound = omission_bound(&omission);
+        assert_true(bound >= 0.25 && bound < 0.2500001);
+    }
     omission_free(&omission);
     radiance_free(&radiance);
     free(scene);
@@ -231,6 +253,7 @@ int main(void)
                                         end_sample),
         cmocka_unit_test_setup_teardown(test_largest_stay, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_equal_rays_are_folded, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_few_rays_count, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_every_sample_looks, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_folded_is_not_yet_looked_at, begin_sample, end_sample),
         cmocka_unit_test(test_found_is_rounded_up),
