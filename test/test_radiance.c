@@ -126,6 +126,30 @@ static void test_nearly_opposite_lights(void **state)
 
 static const struct vec3 one = {1, 1, 1};
 
+/* Lights of any strength, a black one among them: a surface that faces all of those that light it gets as much as the
+ * bound says. */
+static void test_lights_of_any_strength(void **state)
+{
+    (void)state;
+    const struct bounds box = {{0, 0, 0}, {0, 0, 0}};
+    const double strengths[] = {0.25, 0, 1, 0.5};
+    struct builder *builder = builder_create();
+    struct vec3 sum = {0, 0, 0};
+    for (int i = 0; i < 4; i++) {
+        struct light light = {{5, i, i * i - 2}, vec3(strengths[i], strengths[i], strengths[i])};
+        assert_added(builder_add_light(builder, &light));
+        sum = vec_add(sum, vec_scale(vec_normalize(light.position), strengths[i]));
+    }
+    uint32_t index;
+    assert_added(builder_add_material(builder, &white_matte, &index));
+    add_sphere(builder, vec3(0, 0, 0), 1, index);
+    struct view view = small_view(EDGE);
+    struct scene *scene = finish_in_view(builder, &view);
+    double claimed = direct_in(scene, &white_matte, &box).x;
+    assert_true(vec_length(sum) <= claimed && claimed < vec_length(sum) + 1e-9);
+    free(scene);
+}
+
 /* A mirror ball under a sky: a ray that misses it has the sky's bound, one that may hit it has that of the reflected
  * sky. */
 static void test_rays(void **state)
@@ -506,6 +530,7 @@ int main(void)
         cmocka_unit_test(test_direct),
         cmocka_unit_test(test_opposite_lights),
         cmocka_unit_test(test_nearly_opposite_lights),
+        cmocka_unit_test(test_lights_of_any_strength),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_lossless_levels),
         cmocka_unit_test(test_all_levels),
