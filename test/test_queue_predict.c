@@ -255,7 +255,7 @@ static void test_all_neighbours_are_raised(void **state)
     uint32_t before = 0, behind = 0;
     for (uint32_t id = 0; id < queue->item_count; id++) {
         const struct item *item = &queue->items[id];
-        if (!agenda_has(&queue->waiting, id)) continue;
+        if (!heap_has(&queue->waiting, id)) continue;
         bool near = apart(item->x / 16, tile.x / 16) <= 1 && apart(item->y / 16, tile.y / 16) <= 1;
         assert_int_equal((double)item->work > 2 * (double)area(item), near);
         before += near && item->y < tile.y;
