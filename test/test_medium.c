@@ -298,6 +298,35 @@ static void test_eye_along_a_tangent(void **state)
 }
 
 /*
+ * An eye that looks exactly along the edge of a box, or along the side of a rod, is outside of them, also where other
+ * surfaces lie in between: from each the ray goes on at a rounded point, beside the edge or not.
+ */
+static void test_eye_along_an_edge(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 64; i++) {
+        struct builder *builder = builder_create();
+        uint32_t glass = add_glass(builder, 1.2, 0.3);
+        struct vec3 by = vec3(i, i / 4.0, 0);
+        add_sphere(builder, vec_add(vec3(1, 1, 2), by), 1, glass);
+        add_box(builder, vec_add(vec3(0.5, 1, 1), by), vec_add(vec3(2, 2, 2), by), glass);
+        struct cone rod = {.base = vec_add(vec3(0, 1, 1), by), .apex = vec_add(vec3(0, 1, 2), by)};
+        rod.base_radius = rod.apex_radius = 0.5;
+        rod.capped = 1;
+        rod.material = glass;
+        assert_added(builder_add_cone(builder, &rod));
+        struct scene *scene = finish_scene(builder);
+        struct bvh *bvh = build_tree(scene);
+        struct media *media = media_create(scene);
+        struct vec3 eye = vec_add(vec3(0.5, 1, 3), by);
+        assert_int_equal(media_at(media, bvh, eye, vec3(0, 0, -1)), MEDIUM_OUTSIDE);
+        media_destroy(media);
+        free(bvh);
+        free(scene);
+    }
+}
+
+/*
  * An eye within the last bit of an oblique plane is behind it exactly where a ray to its front meets it. The three
  * numbers are a sum of decimal fractions that is 0 but for their rounding.
  */
@@ -508,6 +537,7 @@ int main(void)
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_on_a_surface),
         cmocka_unit_test(test_eye_along_a_tangent),
+        cmocka_unit_test(test_eye_along_an_edge),
         cmocka_unit_test(test_eye_before_an_edge),
         cmocka_unit_test(test_eye_at_an_oblique_plane),
         cmocka_unit_test(test_eye_in_a_mesh),

@@ -1,5 +1,6 @@
 #include "worker/medium.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -274,11 +275,62 @@ static uint32_t count_of(const struct exits *exits, uint32_t first, const struct
     return count;
 }
 
-/* Whether all rays have found this medium as often as the first one has from its i-th medium on. */
-static bool agreed(const struct exits exits[DIRECTIONS], uint32_t i)
+/*
+ * More than all rounding of the tests below, some ten unit roundoffs, and so little that no point of a solid's surface
+ * is outside.
+ */
+#define OUTSIDE_MARGIN 0x1p-40
+
+static bool is_outside_box(const struct box *box, struct vec3 p)
+{
+    return p.x < box->min.x || p.x > box->max.x || p.y < box->min.y || p.y > box->max.y ||
+           p.z < box->min.z || p.z > box->max.z;
+}
+
+static bool is_outside_sphere(const struct sphere *sphere, struct vec3 p)
+{
+    struct vec3 f = vec_sub(p, sphere->center);
+    return vec_dot(f, f) > sphere->radius * sphere->radius * (1 + OUTSIDE_MARGIN);
+}
+
+/* With the base at f = 0 and the apex at f = w, both cap planes and the distance from the axis. */
+static bool is_outside_cone(const struct cone *cone, struct vec3 p)
+{
+    struct vec3 f = vec_sub(p, cone->base), w = vec_sub(cone->apex, cone->base);
+    struct vec3 across = vec_cross(f, w);
+    double ww = vec_dot(w, w), ff = vec_dot(f, f), along = vec_dot(f, w) / ww;
+    double margin = OUTSIDE_MARGIN * sqrt(ff / ww);
+    if (along < -margin || along > 1 + margin) return true;
+    double radius = cone->base_radius + along * (cone->apex_radius - cone->base_radius);
+    return vec_dot(across, across) / ww > radius * radius + OUTSIDE_MARGIN * (ff + ww);
+}
+
+/* Whether a point is certainly outside of a solid; what is not finite decides nothing. */
+static bool is_outside(const struct scene *scene, uint32_t solid, struct vec3 point)
+{
+    uint32_t index = primitive_index(solid);
+    switch (primitive_kind(solid)) {
+    case PRIMITIVE_SPHERE:
+        return is_outside_sphere(&scene_spheres(scene)[index], point);
+    case PRIMITIVE_BOX:
+        return is_outside_box(&scene_boxes(scene)[index], point);
+    case PRIMITIVE_CONE:
+        return is_outside_cone(&scene_cones(scene)[index], point);
+    default:
+        return false;
+    }
+}
+
+/*
+ * Whether all rays have found this medium as often as the first one has from its i-th medium on. Of a solid the first
+ * ray alone tells, as the point may be on its surface. But where that ray goes along an edge, and on from another
+ * surface at a rounded point, it may leave a solid that the point is outside of.
+ */
+static bool agreed(const struct media *media, const struct exits exits[DIRECTIONS], uint32_t i,
+                   struct vec3 point)
 {
     const struct medium *medium = &exits[0].media[i];
-    if (medium->object != PRIMITIVE_NONE) return true;
+    if (medium->object != PRIMITIVE_NONE) return !is_outside(media->scene, medium->object, point);
     uint32_t wanted = count_of(&exits[0], i, medium);
     for (int p = 1; p < DIRECTIONS; p++)
         if (count_of(&exits[p], 0, medium) < wanted) return false;
@@ -327,7 +379,7 @@ static uint32_t media_from(struct media *media, const struct bvh *bvh, struct ve
         find_exits(media, bvh, beside, uncommon[p - 1], &exits[p]);
     uint32_t stack = planes_around(media, point, ahead);
     for (uint32_t i = exits[0].count; i-- > 0;)
-        if (agreed(exits, i)) stack = push(media, stack, exits[0].media[i]);
+        if (agreed(media, exits, i, point)) stack = push(media, stack, exits[0].media[i]);
     return stack;
 }
 

@@ -68,9 +68,9 @@ static inline bool is_grazing(double cosine)
 /*
  * The stack at a point that no ray has come to, such as the eye. The point is inside an object if the ray in the
  * direction `ahead` leaves the object without having entered it; so a point exactly on a surface is on the side that
- * the ray leads to. For open surfaces, which may be left on one side only, four rays in different directions must
- * agree. The side behind a plane is inside. At most 64 objects around the point are found; those farther out are
- * reported as unmatched later.
+ * the ray leads to. A solid must not lie elsewhere; for open surfaces, which may be left on one side only, four rays in
+ * different directions must agree. The side behind a plane is inside. At most 64 objects around the point are found;
+ * those farther out are reported as unmatched later.
  */
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead);
 
