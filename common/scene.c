@@ -27,7 +27,7 @@ _Static_assert(sizeof(struct disc) == 64 && sizeof(struct box) == 56, "no paddin
 _Static_assert(sizeof(struct cone) == 72 && sizeof(struct camera) == 96, "no padding");
 _Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 14 * 4, "no padding");
 _Static_assert(sizeof(struct scene) ==
-                   16 + sizeof(struct view) + (4 + PRIMITIVE_KINDS) * sizeof(struct scene_span),
+                   16 + sizeof(struct view) + (5 + PRIMITIVE_KINDS) * sizeof(struct scene_span),
                "no padding");
 
 size_t primitive_size(enum primitive_kind kind)
@@ -90,6 +90,7 @@ static const char *header_error(const struct scene *scene, size_t bytes)
     CHECK(span_valid(scene, &scene->normals, sizeof(struct vec3), UINT32_MAX), text);
     CHECK(span_valid(scene, &scene->materials, sizeof(struct material), UINT32_MAX), text);
     CHECK(span_valid(scene, &scene->lights, sizeof(struct light), UINT32_MAX), text);
+    CHECK(span_valid(scene, &scene->duplicates, sizeof(uint32_t), UINT32_MAX), text);
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         CHECK(span_valid(scene, &scene->primitives[kind], primitive_kinds[kind].size,
                          PRIMITIVE_MAX_COUNT),

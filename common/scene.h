@@ -170,6 +170,7 @@ struct scene {
     struct scene_span primitives[PRIMITIVE_KINDS];
     struct scene_span materials;
     struct scene_span lights;
+    struct scene_span duplicates; /* uint32_t: ids of primitives that are never hit, ascending */
 };
 
 /* The id of a primitive: its kind in the bits from PRIMITIVE_INDEX_BITS up, its index in its kind's span
@@ -227,6 +228,11 @@ static inline const struct material *scene_materials(const struct scene *scene)
 static inline const struct light *scene_lights(const struct scene *scene)
 {
     return scene_at(scene, &scene->lights);
+}
+
+static inline const uint32_t *scene_duplicates(const struct scene *scene)
+{
+    return scene_at(scene, &scene->duplicates);
 }
 
 #define SCENE_ACCESSOR(plural, singular, kind)                                                     \

@@ -17,6 +17,7 @@ struct list {
 struct builder {
     struct list vertices, normals, materials, lights;
     struct list primitives[PRIMITIVE_KINDS];
+    struct list duplicates; /* uint32_t: see struct scene */
 };
 
 struct builder *builder_create(void)
@@ -34,6 +35,7 @@ static void clear(struct builder *builder)
 {
     list_clear(&builder->vertices);
     list_clear(&builder->normals);
+    list_clear(&builder->duplicates);
     list_clear(&builder->materials);
     list_clear(&builder->lights);
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
@@ -343,13 +345,21 @@ static void drop_unused_corners(struct builder *builder)
     drop_unused(builder, &builder->normals, sizeof(struct vec3), normals, 3);
 }
 
-/* Drops duplicates, which are never hit. Not called with the paper's formulas, which may take a ray's start for a hit,
- * so that every surface is hit. */
-static void drop_unseen(struct builder *builder)
+static void note_unseen(void *builder, uint32_t id)
+{
+    list_add(&((struct builder *)builder)->duplicates, &id, sizeof id);
+}
+
+/* Drops duplicates, which are never hit, or notes which they are. Not called with the paper's formulas, which may take
+ * a ray's start for a hit, so that every surface is hit. */
+static void find_unseen(struct builder *builder, bool drop)
 {
     for (int k = 0; k < PRIMITIVE_KINDS; k++) {
         struct primitives primitives = primitives_of(builder, (enum primitive_kind)k);
-        builder->primitives[k].count = drop_duplicates(&primitives);
+        if (drop)
+            builder->primitives[k].count = drop_duplicates(&primitives);
+        else
+            note_duplicates(&primitives, note_unseen, builder);
     }
 }
 
@@ -388,7 +398,7 @@ static void move(struct scene *scene, const struct scene_span *span, struct list
 struct scene *builder_finish(struct builder *builder, const struct view *view)
 {
     bool sparing = view->variant == VARIANT_AUTO;
-    if (sparing && view->formulas == FORMULAS_EXACT) drop_unseen(builder);
+    if (view->formulas == FORMULAS_EXACT) find_unseen(builder, sparing);
     drop_unused_materials(builder);
     if (sparing) {
         drop_unused_corners(builder);
@@ -403,6 +413,7 @@ struct scene *builder_finish(struct builder *builder, const struct view *view)
             reserve(&builder->primitives[kind], primitive_size((enum primitive_kind)kind), &bytes);
     head.materials = reserve(&builder->materials, sizeof(struct material), &bytes);
     head.lights = reserve(&builder->lights, sizeof(struct light), &bytes);
+    head.duplicates = reserve(&builder->duplicates, sizeof(uint32_t), &bytes);
     head.bytes = bytes;
 
     struct scene *scene = allocate_large(bytes);
@@ -414,5 +425,6 @@ struct scene *builder_finish(struct builder *builder, const struct view *view)
              primitive_size((enum primitive_kind)kind));
     move(scene, &head.materials, &builder->materials, sizeof(struct material));
     move(scene, &head.lights, &builder->lights, sizeof(struct light));
+    move(scene, &head.duplicates, &builder->duplicates, sizeof(uint32_t));
     return scene;
 }

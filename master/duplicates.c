@@ -162,6 +162,22 @@ uint64_t drop_duplicates(const struct primitives *primitives)
     return kept;
 }
 
+void note_duplicates(const struct primitives *primitives, void (*note)(void *context, uint32_t id),
+                     void *context)
+{
+    struct kind kind = kind_of(primitives);
+    uint64_t *hashes = hash_vertices(primitives);
+    kind.vertex_hashes = hashes;
+    struct table table = table_for(primitives->count);
+    for (uint32_t i = 0; i < primitives->count; i++) {
+        const unsigned char *item = item_at(&kind, i);
+        if (is_opaque(&kind, item) && take_place(&table, &kind, item, i) != i)
+            note(context, primitive_id(primitives->kind, i));
+    }
+    free(table.slots);
+    free(hashes);
+}
+
 struct coincidences find_coincidences(const struct primitives *primitives)
 {
     struct coincidences found = {0};

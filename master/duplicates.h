@@ -25,6 +25,10 @@ struct primitives {
  */
 uint64_t drop_duplicates(const struct primitives *primitives);
 
+/* Calls note(context, id) for each item that drop_duplicates() would drop, in their order. */
+void note_duplicates(const struct primitives *primitives, void (*note)(void *context, uint32_t id),
+                     void *context);
+
 /* Items that transmit light and coincide with an earlier one that does. */
 struct coincidences {
     uint64_t count;

@@ -107,11 +107,15 @@ uint32_t *radiance_ids(const struct scene *scene, enum passing passing, bool bou
 {
     uint32_t *ids = allocate((size_t)scene_primitive_count(scene), sizeof *ids);
     bool *wanted = materials_of(scene, passing);
+    const uint32_t *duplicate = scene_duplicates(scene), *end = duplicate + scene->duplicates.count;
     *count = 0;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
         if ((kind != PRIMITIVE_PLANE) != bounded) continue;
         for (uint32_t i = 0; i < scene->primitives[kind].count; i++) {
             uint32_t id = primitive_id((enum primitive_kind)kind, i);
+            while (duplicate < end && *duplicate < id)
+                duplicate++;
+            if (duplicate < end && *duplicate == id) continue;
             if (wanted[primitive_material(scene, id)]) ids[(*count)++] = id;
         }
     }

@@ -23,8 +23,8 @@ static inline struct vec3 passed_by(const struct material *m)
                 m->reflection + m->transmission * m->color.z);
 }
 
-/* The bounded or the unbounded primitives whose surfaces are of one kind; *count: how many.
- * The caller frees the array. */
+/* The bounded or the unbounded primitives whose surfaces are of one kind; *count: how many. Duplicates do not count, so
+ * that pruning is the same whether they are left out or not. The caller frees the array. */
 uint32_t *radiance_ids(const struct scene *scene, enum passing passing, bool bounded,
                        uint32_t *count);
 
