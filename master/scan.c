@@ -106,13 +106,19 @@ bool scan_unsigned(struct scan *scan, uint32_t *value)
 bool scan_rest(struct scan *scan, char *text, size_t size)
 {
     skip_blanks(scan);
-    size_t length = strcspn(scan->at, "\r\n");
-    const char *start = scan->at;
-    scan->at += length;
-    while (length && (start[length - 1] == ' ' || start[length - 1] == '\t'))
-        length--;
-    if (length > size - 1) length = size - 1;
-    memcpy(text, start, length);
-    text[length] = '\0';
-    return length > 0;
+    size_t length = 0, end = 0; /* end: behind the last character that is no blank */
+    for (;;) {
+        size_t skipped = joint(scan, scan->at);
+        char next = *scan->at;
+        if (skipped)
+            next = ' ';
+        else if (strchr("\r\n", next)) /* or the end of the text */
+            break;
+        if (length < size - 1) text[length++] = next;
+        if (next != ' ' && next != '\t') end = length;
+        scan->line += skipped > 0;
+        scan->at += skipped ? skipped : 1;
+    }
+    text[end] = '\0';
+    return end > 0;
 }

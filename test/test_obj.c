@@ -98,6 +98,23 @@ static const struct material *material_of(const struct scene *scene, int triangl
     return &scene_materials(scene)[scene_triangles(scene)[triangle].material];
 }
 
+/* A backslash at the end of a line continues it, also within the names of material files and materials. */
+static void test_names_on_two_lines(void **state)
+{
+    struct scratch *s = *state;
+    write_text("one.mtl", "newmtl red\nKd 0.5 0.25 0\n");
+    write_text("two.mtl", "newmtl dark blue\nKd 0 0 1\n");
+    struct scene *scene = loaded(state,
+                                 "mtllib one.mtl \\\n two.mtl\n" SQUARE "usemtl \\\r\n red\n"
+                                 "f 1 2 3\nusemtl dark\\\nblue \\\n\nf 1 3 4\n",
+                                 "");
+    assert_int_equal(triangles_of(scene), 2);
+    assert_true(material_of(scene, 0)->color.x == 0.5 && material_of(scene, 1)->color.z == 1);
+    assert_string_equal(s->said, "");
+    free(scene);
+    refused(state, "mtllib \\\n\n", "mesh.obj:2: 'mtllib' needs the name of a file");
+}
+
 /* Files without any LF, the material file included. */
 static void test_lines_that_end_by_cr(void **state)
 {
@@ -831,6 +848,7 @@ int main(void)
         cmocka_unit_test(test_empty_indices),
         cmocka_unit_test(test_crossing_polygons),
         cmocka_unit_test(test_text_form),
+        cmocka_unit_test(test_names_on_two_lines),
         cmocka_unit_test(test_lines_that_end_by_cr),
         cmocka_unit_test(test_unknown_statements_warn_once),
         cmocka_unit_test(test_mistakes),
