@@ -65,7 +65,8 @@ char *report_bad_samples(const struct report *report)
     char *who = stats ? format_text("rank %u", stats->rank) : copy_text("an earlier run");
     char *origin = format_vector(bad->origin), *direction = format_vector(bad->direction);
     char *text =
-        format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
+        format_text("%llu sample%s not finite, or too bright for floats; the first is sample %u of "
+                    "pixel %u %u, "
                     "%s, by the ray from %s along %s",
                     (unsigned long long)counts.nonfinite, counts.nonfinite == 1 ? " is" : "s are",
                     bad->sample, bad->x, bad->y, who, origin, direction);

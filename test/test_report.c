@@ -185,7 +185,8 @@ static void test_bad_samples(void **state)
                "\"direction\": [0, 0, -1]}},\n");
     free(text);
     text = report_bad_samples(&report);
-    assert_has(text, "3 samples are not finite; the first is sample 3 of pixel 6 2, rank 2, ");
+    assert_has(text, "3 samples are not finite, or too bright for floats; the first is sample 3 of "
+                     "pixel 6 2, rank 2, ");
     free(text);
 }
 
@@ -237,8 +238,8 @@ static void test_resumed(void **state)
                "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");
     free(text);
     text = report_bad_samples(&report);
-    assert_has(text,
-               "2 samples are not finite; the first is sample 0 of pixel 3 1, an earlier run");
+    assert_has(text, "2 samples are not finite, or too bright for floats; the first is sample 0 of "
+                     "pixel 3 1, an earlier run");
     free(text);
 }
 
