@@ -1,6 +1,6 @@
 /* Tests of stacks of media: nested, overlapping, open and solid objects, and the stack at the eye. */
 #include "test/scene_fixture.h"
-#include "worker/medium.h"
+#include "worker/eye_media.h"
 
 static uint32_t add_glass(struct builder *builder, double ior, double transmission)
 {

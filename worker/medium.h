@@ -22,7 +22,6 @@
 #include <stdbool.h>
 
 #include "common/scene.h"
-#include "worker/bvh.h"
 #include "worker/exact.h"
 
 /* All stacks that have occurred so far; for one thread. */
@@ -34,6 +33,8 @@ struct media;
 /* For rays in this scene, which must outlive it. Freed by media_destroy(). */
 struct media *media_create(const struct scene *scene);
 void media_destroy(struct media *media);
+
+const struct scene *media_scene(const struct media *media);
 
 /* Forgets all stacks but MEDIUM_OUTSIDE: bounds the memory when no ray is under way. */
 void media_clear(struct media *media);
@@ -53,6 +54,9 @@ struct crossing_media {
 struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t primitive,
                                   bool entering);
 
+/* Whether what is behind the surfaces of two primitives is the same medium: one may be entered, the other one left. */
+bool is_same_medium(const struct scene *scene, uint32_t a, uint32_t b);
+
 /* The same from the side alone, as if nothing were around the object, as in the paper. */
 struct crossing_media media_by_side(const struct scene *scene, uint32_t primitive, bool entering);
 
@@ -64,28 +68,5 @@ static inline bool is_grazing(double cosine)
 {
     return fabs(cosine) <= 16 * UNIT_ROUNDOFF;
 }
-
-/*
- * The stack at a point that no ray has come to, such as the eye. The point is inside an object if the ray in the
- * direction `ahead` leaves the object without having entered it; so a point exactly on a surface is on the side that
- * the ray leads to. A solid must not lie elsewhere; for open surfaces, which may be left on one side only, four rays in
- * different directions must agree. The side behind a plane is inside. At most 64 objects around the point are found;
- * those farther out are reported as unmatched later.
- */
-uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point, struct vec3 ahead);
-
-/*
- * The same for a point where media_meet_at() is true, in front of each ray that starts there. The four rays start
- * halfway to the first surface, because those from the point itself may lead to both sides of it.
- */
-uint32_t media_ahead(struct media *media, const struct bvh *bvh, struct vec3 point,
-                     struct vec3 ahead);
-
-/*
- * Whether the point is exactly on the surface of a solid, on a plane or on a triangle that transmits light, so that its
- * media depend on the direction. (Triangles count with their boxes in their planes.) A ray from inside a convex solid
- * leaves it, and so does the opposite one; from its surface no more than one of the two does.
- */
-bool media_meet_at(struct media *media, const struct bvh *bvh, struct vec3 point);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "worker/eye_media.h"
 #include "worker/inlined.h"
 #include "worker/lanes.h"
 #include "worker/packet.h"
