@@ -137,22 +137,11 @@ static void test_spans(void **state)
     free(scene);
 }
 
-static void test_elements(void **state)
+static void test_materials_and_lights(void **state)
 {
     struct scene *scene = make(state);
-    struct vec3 *vertices = at(scene, &scene->vertices), *normals = at(scene, &scene->normals);
     struct material *materials = at(scene, &scene->materials);
     struct light *lights = at(scene, &scene->lights);
-    struct triangle *triangle = at(scene, &scene->primitives[PRIMITIVE_TRIANGLE]);
-    struct patch *patches = at(scene, &scene->primitives[PRIMITIVE_PATCH]);
-    struct sphere *sphere = at(scene, &scene->primitives[PRIMITIVE_SPHERE]);
-    struct box *box = at(scene, &scene->primitives[PRIMITIVE_BOX]);
-    struct cone *cone = at(scene, &scene->primitives[PRIMITIVE_CONE]);
-    struct disc *disc = at(scene, &scene->primitives[PRIMITIVE_DISC]);
-    struct plane *plane = at(scene, &scene->primitives[PRIMITIVE_PLANE]);
-    uint32_t too_many = (uint32_t)scene->materials.count;
-    REFUSED(vertices[5].y, nan(""));
-    REFUSED(normals[0].z, 1.0001);
     REFUSED(materials[0].color.x, -1);
     REFUSED(materials[0].ambient, -0.1);
     REFUSED(materials[0].diffuse, nan(""));
@@ -165,6 +154,18 @@ static void test_elements(void **state)
     REFUSED(materials[0].ior, 0);
     REFUSED(lights[0].position.x, nan(""));
     REFUSED(lights[0].color.y, -1);
+    free(scene);
+}
+
+static void test_triangles(void **state)
+{
+    struct scene *scene = make(state);
+    struct vec3 *vertices = at(scene, &scene->vertices), *normals = at(scene, &scene->normals);
+    struct triangle *triangle = at(scene, &scene->primitives[PRIMITIVE_TRIANGLE]);
+    struct patch *patches = at(scene, &scene->primitives[PRIMITIVE_PATCH]);
+    uint32_t too_many = (uint32_t)scene->materials.count;
+    REFUSED(vertices[5].y, nan(""));
+    REFUSED(normals[0].z, 1.0001);
     vertices[triangle->vertex[0]].y = vertices[patches->vertex[0]].y = 0x1.8p1023;
     REFUSED(vertices[triangle->vertex[1]].y, -0x1.8p1023);
     REFUSED(vertices[patches->vertex[1]].y, -0x1.8p1023);
@@ -173,6 +174,16 @@ static void test_elements(void **state)
     REFUSED(patches->vertex[0], UINT32_MAX);
     REFUSED(patches->normal[1], 3);
     REFUSED(patches->material, too_many);
+    free(scene);
+}
+
+static void test_solids(void **state)
+{
+    struct scene *scene = make(state);
+    struct sphere *sphere = at(scene, &scene->primitives[PRIMITIVE_SPHERE]);
+    struct box *box = at(scene, &scene->primitives[PRIMITIVE_BOX]);
+    struct cone *cone = at(scene, &scene->primitives[PRIMITIVE_CONE]);
+    uint32_t too_many = (uint32_t)scene->materials.count;
     REFUSED(sphere->center.z, HUGE_VAL);
     REFUSED(sphere->radius, 0);
     REFUSED(sphere->inside_only, 2);
@@ -195,6 +206,15 @@ static void test_elements(void **state)
     REFUSED(cone->apex_radius, -0.5);
     REFUSED(cone->capped, 2);
     REFUSED(cone->material, too_many);
+    free(scene);
+}
+
+static void test_discs_and_planes(void **state)
+{
+    struct scene *scene = make(state);
+    struct disc *disc = at(scene, &scene->primitives[PRIMITIVE_DISC]);
+    struct plane *plane = at(scene, &scene->primitives[PRIMITIVE_PLANE]);
+    uint32_t too_many = (uint32_t)scene->materials.count;
     REFUSED(disc->center.x, nan(""));
     REFUSED(disc->normal.x, 1);
     REFUSED(disc->radius, HUGE_VAL);
@@ -260,7 +280,10 @@ int main(void)
         cmocka_unit_test(test_header_and_view),
         cmocka_unit_test(test_too_many_pixels),
         cmocka_unit_test(test_spans),
-        cmocka_unit_test(test_elements),
+        cmocka_unit_test(test_materials_and_lights),
+        cmocka_unit_test(test_triangles),
+        cmocka_unit_test(test_solids),
+        cmocka_unit_test(test_discs_and_planes),
         cmocka_unit_test(test_features),
         cmocka_unit_test(test_materials),
     };
