@@ -384,6 +384,44 @@ static void test_rims_of_glass_rods(void **state)
     }
 }
 
+/* A screen that lets a half through; behind it a glowing rod, whose rims and sides rays touch, or a ball and a cube,
+ * which they meet at once. */
+static void add_glowing(struct builder *builder, unsigned k)
+{
+    uint32_t glass;
+    struct material glowing = {.color = {1, 1, 1}, .ambient = 0.5, .transmission = 0.25, .ior = 1};
+    add_disc(builder, 5, 1, halving(builder, 1));
+    must(builder_add_material(builder, &glowing, &glass));
+    if (k == 9) {
+        add_cube(builder, true, glass);
+        add_sphere(builder, 0, 0, -1, 1, glass);
+        return;
+    }
+    double x = k % 3 - 1.0, y = k / 3 - 1.0;
+    struct cone rod = {.base = {x, y, 1}, .apex = {x + 2, y, 1}, .capped = 1, .material = glass};
+    rod.base_radius = rod.apex_radius = 1;
+    must(builder_add_cone(builder, &rod));
+}
+
+/* What a ray passes by brings no light: with it the ray would bring more than its bound. */
+static void test_touched_glass_adds_no_light(void **state)
+{
+    (void)state;
+    static struct picture pictures[2];
+    struct view view = lattice_view(vec3(0, 0, 7));
+    for (unsigned k = 0; k < 10; k++) {
+        for (int pruned = 0; pruned < 2; pruned++) {
+            struct builder *builder = builder_create();
+            add_glowing(builder, k);
+            view.cutoff = pruned ? 0.51 : 0;
+            render_scene(builder, &view, SIZE, SIZE, &pictures[pruned]);
+        }
+        double bound = pictures[1].counts.truncation;
+        assert_true(bound >= 0.5 && bound < 0.5000001);
+        assert_true(largest_difference(&pictures[0], &pictures[1]) <= bound);
+    }
+}
+
 /* Rays that touch balls but for the rounding of their direction: some of them enter, but not by more than that. */
 static void test_tangents_of_glass_balls(void **state)
 {
@@ -969,6 +1007,7 @@ int main(void)
         cmocka_unit_test(test_edges_do_not_leak),
         cmocka_unit_test(test_edges_of_a_glass_mesh),
         cmocka_unit_test(test_rims_of_glass_rods),
+        cmocka_unit_test(test_touched_glass_adds_no_light),
         cmocka_unit_test(test_tangents_of_glass_balls),
         cmocka_unit_test(test_glass_balls_meet_a_mesh),
         cmocka_unit_test(test_eye_on_a_glass_mesh),

@@ -169,7 +169,8 @@ static void move_on(struct ray *ray)
     ray->origin = vec_add_scaled(ray->origin, ray->direction, distance);
 }
 
-/* A ray that has not crossed the surface goes straight on, and so does one that leaves a solid along its surface. */
+/* A ray that has not crossed the surface goes straight on, and so does one that leaves a solid along its surface. The
+ * former takes no light from the surface, as it keeps its weight: it would bring more than the bound of such a ray. */
 static bool goes_straight_on(struct renderer *renderer, uint32_t point,
                              const struct crossing_media *crossing)
 {
@@ -181,6 +182,7 @@ static bool goes_straight_on(struct renderer *renderer, uint32_t point,
     if (repeated || touches) {
         media = renderer->branches[slot].media;
         share = vec3(1, 1, 1);
+        renderer->passed_by[point] = true;
     } else if (is_entering(renderer, point) == (renderer->points.entering[point] != 0)) {
         return false;
     }
@@ -244,6 +246,7 @@ static void spawn_children(struct renderer *renderer)
     for (uint32_t i = 0; i < points->count; i++) {
         double kr = points->material[i]->reflection;
         renderer->mirrored[i] = vec3(kr, kr, kr);
+        renderer->passed_by[i] = false;
         reflects |= kr > 0;
         refracts |= points->material[i]->transmission > 0;
     }
@@ -267,7 +270,7 @@ static void add_found(struct renderer *renderer)
     const struct points *points = &renderer->points;
     for (uint32_t i = 0; i < points->count; i++) {
         uint32_t slot = points->slot[i];
-        if (!is_bounding(renderer, slot)) continue;
+        if (!is_bounding(renderer, slot) || renderer->passed_by[i]) continue;
         struct shading_point at = points_get(points, i);
         omission_found_point(&renderer->pending[renderer->owner[slot]].omission,
                              &renderer->radiance, renderer->branches[slot].weight, &at);
@@ -331,12 +334,18 @@ static INLINED void add_shadow_test(struct renderer *renderer, uint32_t point, u
     ray->t_max = renderer->faced.end[point];
 }
 
+/* Whether the sample takes the light of a point. */
+static INLINED bool is_seen(const struct renderer *renderer, uint32_t point, bool primary_only)
+{
+    return primary_only ||
+           (!renderer->passed_by[point] && !is_bounding(renderer, renderer->points.slot[point]));
+}
+
 /* Whether lights contribute to the colour at a point. */
 static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool primary_only)
 {
-    const struct points *points = &renderer->points;
-    if (!material_shows_light(points->material[point])) return false;
-    return primary_only || !is_bounding(renderer, points->slot[point]);
+    return material_shows_light(renderer->points.material[point]) &&
+           is_seen(renderer, point, primary_only);
 }
 
 /*
@@ -421,8 +430,7 @@ static INLINED void add_unlit(struct renderer *renderer, bool primary_only)
         if (renderer->hits[i].primitive == PRIMITIVE_NONE)
             add_background(renderer, i, primary_only);
     for (uint32_t i = 0; i < points->count; i++)
-        if (points->material[i]->ambient > 0 &&
-            (primary_only || !is_bounding(renderer, points->slot[i])))
+        if (points->material[i]->ambient > 0 && is_seen(renderer, i, primary_only))
             add_color(renderer, points->slot[i], shade_ambient(points->material[i]), primary_only);
 }
 
@@ -435,11 +443,11 @@ static INLINED void trace_rays(struct renderer *renderer, bool primary_only)
     points_find(renderer->scene, renderer->bvh, renderer->rays, renderer->hits, renderer->count,
                 &renderer->points, &renderer->counts.exact_fallbacks);
     if (renderer->fresh) renderer->counts.primary_hits += renderer->points.count;
+    if (!primary_only) spawn_children(renderer); /* finds what is passed by, too */
     add_unlit(renderer, primary_only);
     light_points(renderer, primary_only);
     if (!primary_only && renderer->bounding > 0) add_found(renderer);
     check_samples(renderer, primary_only);
-    if (!primary_only) spawn_children(renderer);
 }
 
 void trace_wave(struct renderer *renderer)
