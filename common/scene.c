@@ -235,6 +235,18 @@ static const char *solid_error(const struct scene *scene)
     return NULL;
 }
 
+static const char *duplicates_error(const struct scene *scene)
+{
+    const uint32_t *ids = scene_duplicates(scene);
+    for (uint64_t i = 0; i < scene->duplicates.count; i++) {
+        enum primitive_kind kind = primitive_kind(ids[i]);
+        CHECK(kind < PRIMITIVE_KINDS && primitive_index(ids[i]) < scene->primitives[kind].count,
+              "the id of a duplicate is out of range");
+        CHECK(i == 0 || ids[i - 1] < ids[i], "the ids of duplicates are not in order");
+    }
+    return NULL;
+}
+
 static const char *scene_error(const void *block, size_t bytes)
 {
     CHECK(bytes >= sizeof(struct scene), "the scene block is shorter than its header");
@@ -245,6 +257,7 @@ static const char *scene_error(const void *block, size_t bytes)
     if (!why) why = table_error(scene);
     if (!why) why = polygon_error(scene);
     if (!why) why = solid_error(scene);
+    if (!why) why = duplicates_error(scene);
     return why;
 }
 

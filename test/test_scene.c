@@ -124,13 +124,14 @@ static void test_spans(void **state)
     struct {
         struct scene_span *span;
         size_t size;
-    } spans[4 + PRIMITIVE_KINDS] = {{&scene->vertices, sizeof(struct vec3)},
+    } spans[5 + PRIMITIVE_KINDS] = {{&scene->vertices, sizeof(struct vec3)},
                                     {&scene->normals, sizeof(struct vec3)},
                                     {&scene->materials, sizeof(struct material)},
-                                    {&scene->lights, sizeof(struct light)}};
+                                    {&scene->lights, sizeof(struct light)},
+                                    {&scene->duplicates, sizeof(uint32_t)}};
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
-        spans[4 + kind].span = &scene->primitives[kind];
-        spans[4 + kind].size = primitive_size((enum primitive_kind)kind);
+        spans[5 + kind].span = &scene->primitives[kind];
+        spans[5 + kind].size = primitive_size((enum primitive_kind)kind);
     }
     for (size_t i = 0; i < sizeof spans / sizeof *spans; i++)
         REFUSED(spans[i].span->count, (scene->bytes - spans[i].span->offset) / spans[i].size + 1);
@@ -225,6 +226,26 @@ static void test_discs_and_planes(void **state)
     free(scene);
 }
 
+/* Duplicates are named in order: here the second and the third sphere, and the second plane. */
+static void test_duplicates(void **state)
+{
+    static const char sphere[] = "[sphere]\ncenter = 0 0 0\nradius = 1\n";
+    static const char plane[] = "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n";
+    char *all =
+        format_text("[camera]\neye = 0 0 9\n%s%s%s%s%s", sphere, sphere, sphere, plane, plane);
+    write_text("twice.ini", all);
+    free(all);
+    struct scene *scene = scratch_scene(*state, "twice.ini", NULL);
+    uint32_t *ids = at(scene, &scene->duplicates);
+    assert_int_equal(scene->duplicates.count, 3);
+    assert_int_equal(ids[0], primitive_id(PRIMITIVE_SPHERE, 1));
+    assert_int_equal(ids[2], primitive_id(PRIMITIVE_PLANE, 1));
+    REFUSED(ids[0], ids[1]);
+    REFUSED(ids[1], primitive_id(PRIMITIVE_SPHERE, 3));
+    REFUSED(ids[2], primitive_id(PRIMITIVE_KINDS, 0));
+    free(scene);
+}
+
 static void test_features(void **state)
 {
     struct scene *scene = make(state);
@@ -284,6 +305,7 @@ int main(void)
         cmocka_unit_test(test_triangles),
         cmocka_unit_test(test_solids),
         cmocka_unit_test(test_discs_and_planes),
+        cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_features),
         cmocka_unit_test(test_materials),
     };
