@@ -219,15 +219,17 @@ void output_only_warn(void)
  * only warned of, once: other outputs are mostly meant for the same folder. */
 static bool closed_spared(const char *path, const char *what, const char *key, int error)
 {
-    if (!only_warns)
+    if (!only_warns) {
         user_error(path, 0, "%scannot be written to (%s), choose another place with %s=FILE", what,
                    strerror(error), key);
-    else if (!has_warned)
+        return false;
+    }
+    if (!has_warned)
         user_warning(path, 0,
                      "%scannot be written to (%s): to render, choose another place with %s=FILE",
                      what, strerror(error), key);
-    has_warned = only_warns;
-    return only_warns;
+    has_warned = true;
+    return true;
 }
 
 static bool is_closed(int error)

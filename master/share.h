@@ -28,8 +28,8 @@ struct share_work {
 };
 
 struct shares {
-    struct queue_config
-        config; /* tile_edge: rows of a band, of a turn under cyclic-rows; 0: automatic (share.c), 1 */
+    /* tile_edge: rows of a band; 0: chosen by the size of a share (share.c). cyclic-rows: rows of a turn; 0: 1. */
+    struct queue_config config;
     uint64_t ids;       /* under cyclic some of them have no pixels */
     uint32_t stride;    /* between the ids of one renderer's share */
     uint32_t band_rows; /* of each band but the last one (strips: of each strip) */
