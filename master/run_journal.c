@@ -145,15 +145,17 @@ bool keep_run_journal(struct run *run, const char *then)
     uint64_t lost =
         kept.lost_pixels < count.pixels_finished ? kept.lost_pixels : count.pixels_finished;
     char *saved = what_is_saved(run, count.pixels_finished - lost);
-    if (kept.lost)
+    if (kept.is_gone)
+        user_error(kept.path, 0, "the journal was removed, and could be saved nowhere else");
+    else if (kept.lost)
         user_error(NULL, 0, "%llu finished tile%s (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost > 1 ? "s" : "", kept.lost_s);
     char *place = printable_text(kept.path);
     const char *way = plainly ? "" : ", start it in the same way";
     /* Not user_note(), which would replace a newline between quotes and so change the command. */
     if (kept.is_bare)
-        fprintf(stderr, "farm: nothing is saved%s; to begin again%s: %s\n", kept.lost ? "" : " yet",
-                way, command);
+        fprintf(stderr, "farm: nothing is saved%s; to begin again%s: %s\n",
+                kept.lost || kept.is_gone ? "" : " yet", way, command);
     else
         fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place,
                 kept.lost ? "to go on" : then, way, command);

@@ -476,9 +476,10 @@ struct save_kept save_keep(struct save *save)
     char *asked = copy_text(journal_path(save->journal));
     bool nothing = save->waiting.count == 0 && journal_is_bare(save->journal);
     if (!nothing && !is_safe(save)) rescue(save);
+    kept.is_gone = !nothing && !journal_exists(save->journal);
+    kept.is_bare = kept.is_gone || journal_is_bare(save->journal);
     /* Even if not everything could be written there. */
-    kept.moved = strcmp(asked, journal_path(save->journal)) != 0;
-    kept.is_bare = !kept.moved && journal_is_bare(save->journal);
+    kept.moved = !kept.is_bare && strcmp(asked, journal_path(save->journal)) != 0;
     free(asked);
     for (size_t i = 0; i < save->waiting.count; i++)
         kept.lost_s += save->waiting.items[i].seconds;

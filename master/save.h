@@ -64,6 +64,7 @@ void save_finish(struct save *save);
 struct save_kept {
     char *path;   /* of the journal; owned by the caller */
     bool is_bare; /* nothing was saved, and the journal is removed */
+    bool is_gone; /* because somebody else has removed it, and there was no room for a copy */
     /* It is not at the requested path, because that could not be written. */
     bool moved;
     /* The file at the requested path, if it is left beside the one at `path`, which holds as much or more; owned, or

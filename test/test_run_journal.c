@@ -511,6 +511,21 @@ static void test_all_lost(void **state)
     empty_disk(&run);
 }
 
+/* Nor is anything saved where the journal was removed, with what was in it, and there is no room for a copy. */
+static void test_removed(void **state)
+{
+    for (uint32_t tiles = 0; tiles < 2; tiles++) { /* beside the one in the file */
+        struct run run;
+        fill_disk(*state, &run, true, tiles, true);
+        assert_int_equal(unlink(PATH), 0);
+        char *text = keep(&run, true);
+        assert_has(text, PATH ": the journal was removed, and could be saved nowhere else\n"
+                              "farm: nothing is saved; to begin again: farm a.ini\n");
+        free(text);
+        empty_disk(&run);
+    }
+}
+
 /* The command names the place that the journal was moved to. Where the original could not be removed, it is named,
  * too. */
 static void test_moved(void **state)
@@ -608,13 +623,21 @@ static void test_command(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_journal),    cmocka_unit_test(test_nothing_found),
-        cmocka_unit_test(test_tiles),         cmocka_unit_test(test_again),
-        cmocka_unit_test(test_passes),        cmocka_unit_test(test_lattice),
-        cmocka_unit_test(test_not_opened),    cmocka_unit_test(test_no_room),
-        cmocka_unit_test(test_lost),          cmocka_unit_test(test_all_lost),
-        cmocka_unit_test(test_moved),         cmocka_unit_test(test_strange_name),
-        cmocka_unit_test(test_nothing_saved), cmocka_unit_test(test_nothing_to_rescue),
+        cmocka_unit_test(test_no_journal),
+        cmocka_unit_test(test_nothing_found),
+        cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_again),
+        cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_not_opened),
+        cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_lost),
+        cmocka_unit_test(test_all_lost),
+        cmocka_unit_test(test_removed),
+        cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_strange_name),
+        cmocka_unit_test(test_nothing_saved),
+        cmocka_unit_test(test_nothing_to_rescue),
         cmocka_unit_test(test_command),
     };
     return cmocka_run_group_tests(tests, scene_open, scene_close);
