@@ -34,6 +34,8 @@ struct timeline_entry {
     uint32_t pixels;  /* pixels that got samples; 0 for a dropped tile */
 };
 
+_Static_assert(sizeof(struct timeline_entry) == 72, "what timeline.h promises");
+
 /* The time in which a pass was planned. Renderers had nothing to do then, or only work whose results were not
  * needed. */
 struct timeline_plan {
