@@ -174,18 +174,18 @@ static void move_on(struct ray *ray)
 static bool goes_straight_on(struct renderer *renderer, uint32_t point,
                              const struct crossing_media *crossing)
 {
-    uint32_t slot = renderer->points.slot[point], media = crossing->stack;
-    struct vec3 share = vec_add(passed_share(&renderer->points, point), renderer->mirrored[point]);
+    uint32_t slot = renderer->points.slot[point];
     if (renderer->scene->view.formulas != FORMULAS_EXACT) return false;
     bool repeated = is_repeated(renderer, slot, crossing);
     bool touches = !repeated && is_touch(renderer, point, crossing);
-    if (repeated || touches) {
-        media = renderer->branches[slot].media;
-        share = vec3(1, 1, 1);
-        renderer->passed_by[point] = true;
-    } else if (is_entering(renderer, point) == (renderer->points.entering[point] != 0)) {
-        return false;
-    }
+    bool along = renderer->points.entering[point] != 0 && is_way_out(renderer, slot);
+    if (!repeated && !touches && !along) return false;
+    bool passed_by = repeated || touches;
+    struct vec3 share =
+        passed_by ? vec3(1, 1, 1)
+                  : vec_add(passed_share(&renderer->points, point), renderer->mirrored[point]);
+    uint32_t media = passed_by ? renderer->branches[slot].media : crossing->stack;
+    renderer->passed_by[point] = passed_by;
     if (touches) move_outside(renderer, point);
     struct ray *ray =
         spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
