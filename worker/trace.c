@@ -189,7 +189,6 @@ static bool goes_straight_on(struct renderer *renderer, uint32_t point,
     if (touches) move_outside(renderer, point);
     struct ray *ray =
         spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
-    if (touches && ray) ray->from = PRIMITIVE_NONE; /* it has not met the solid */
     if (repeated && ray) move_on(ray);
     renderer->mirrored[point] = vec3(0, 0, 0);
     return true;
