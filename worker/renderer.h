@@ -102,7 +102,7 @@ struct renderer {
     struct secondary_rays secondary;
     uint32_t behind[WAVE]; /* for each secondary->point: the stack of media behind the surface */
     struct vec3 mirrored[WAVE]; /* weight of each point's mirror ray */
-    bool passed_by[WAVE];       /* whether the ray has not crossed the surface of the point */
+    bool uncrossed[WAVE];       /* whether the ray has not crossed the surface of the point */
 };
 
 /* Whether the ray in a slot of the wave only serves the bound. */

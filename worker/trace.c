@@ -180,12 +180,12 @@ static bool goes_straight_on(struct renderer *renderer, uint32_t point,
     bool touches = !repeated && is_touch(renderer, point, crossing);
     bool along = renderer->points.entering[point] != 0 && is_way_out(renderer, slot);
     if (!repeated && !touches && !along) return false;
-    bool passed_by = repeated || touches;
+    bool uncrossed = repeated || touches;
     struct vec3 share =
-        passed_by ? vec3(1, 1, 1)
+        uncrossed ? vec3(1, 1, 1)
                   : vec_add(passed_share(&renderer->points, point), renderer->mirrored[point]);
-    uint32_t media = passed_by ? renderer->branches[slot].media : crossing->stack;
-    renderer->passed_by[point] = passed_by;
+    uint32_t media = uncrossed ? renderer->branches[slot].media : crossing->stack;
+    renderer->uncrossed[point] = uncrossed;
     if (touches) move_outside(renderer, point);
     struct ray *ray =
         spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
@@ -245,7 +245,7 @@ static void spawn_children(struct renderer *renderer)
     for (uint32_t i = 0; i < points->count; i++) {
         double kr = points->material[i]->reflection;
         renderer->mirrored[i] = vec3(kr, kr, kr);
-        renderer->passed_by[i] = false;
+        renderer->uncrossed[i] = false;
         reflects |= kr > 0;
         refracts |= points->material[i]->transmission > 0;
     }
@@ -269,7 +269,7 @@ static void add_found(struct renderer *renderer)
     const struct points *points = &renderer->points;
     for (uint32_t i = 0; i < points->count; i++) {
         uint32_t slot = points->slot[i];
-        if (!is_bounding(renderer, slot) || renderer->passed_by[i]) continue;
+        if (!is_bounding(renderer, slot) || renderer->uncrossed[i]) continue;
         struct shading_point at = points_get(points, i);
         omission_found_point(&renderer->pending[renderer->owner[slot]].omission,
                              &renderer->radiance, renderer->branches[slot].weight, &at);
@@ -337,7 +337,7 @@ static INLINED void add_shadow_test(struct renderer *renderer, uint32_t point, u
 static INLINED bool is_seen(const struct renderer *renderer, uint32_t point, bool primary_only)
 {
     return primary_only ||
-           (!renderer->passed_by[point] && !is_bounding(renderer, renderer->points.slot[point]));
+           (!renderer->uncrossed[point] && !is_bounding(renderer, renderer->points.slot[point]));
 }
 
 /* Whether lights contribute to the colour at a point. */
