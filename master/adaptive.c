@@ -17,12 +17,13 @@
 #define PASS_AIM_MIN 0.12
 #define PASS_AIM_MAX 0.93
 
-/* The target is out of reach where even max_samples of every pixel are expected to leave more than the squared error
- * that it allows. Then all further samples together are not worth a pass once the squared error is at most LEAST_STOP
- * times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that one that falls
- * somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for a target of
- * 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many rays, for
- * errors that are 2 to 4 % smaller. */
+/* The target is out of reach where even max_samples of every pixel are expected to leave an estimate above it. (Where
+ * they leave a lower one, the upper end of its interval may or may not come below the target: that depends on chance and
+ * on how many passes there are.) Then all further samples together are not worth a pass once the squared error is at
+ * most LEAST_STOP times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that one
+ * that falls somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for a
+ * target of 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many rays,
+ * for errors that are 2 to 4 % smaller. */
 #define LEAST_STOP 1.1
 #define LEAST_AIM  1.05
 
@@ -71,12 +72,12 @@ static struct candidates candidates_of(struct adaptive *adaptive)
                                adaptive->pool};
 }
 
-/* The upper end of the estimate of the picture's error. All pixels of the last pass must be in. */
-static double pass_error(struct adaptive *adaptive)
+/* The estimate of the picture's error. All pixels of the last pass must be in. */
+static struct error_estimate pass_error(struct adaptive *adaptive)
 {
     uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->pool)->pixels;
     struct error_breakdown breakdown = pixel_errors_breakdown(&adaptive->errors);
-    return error_estimate(&breakdown, pixels, ERROR_LOOK_PASS, adaptive->pass.count).high;
+    return error_estimate(&breakdown, pixels, ERROR_LOOK_PASS, adaptive->pass.count);
 }
 
 static bool meets_target(const struct adaptive *adaptive, double high)
@@ -86,12 +87,12 @@ static bool meets_target(const struct adaptive *adaptive, double high)
 
 /* Settles the last pass: compares what it has left with its promise, and the error with the target. Returns
  * pass_error(). */
-static double settle_pass(struct adaptive *adaptive)
+static struct error_estimate settle_pass(struct adaptive *adaptive)
 {
-    double high = pass_error(adaptive);
+    struct error_estimate error = pass_error(adaptive);
     promise_settle(&adaptive->promise, pixel_errors_halves(&adaptive->errors));
-    adaptive->is_met = meets_target(adaptive, high);
-    return high;
+    adaptive->is_met = meets_target(adaptive, error.high);
+    return error;
 }
 
 /* Plans every pixel's next level and with them what the pass promises, after settle_pass(). Returns whether any pixel
@@ -108,26 +109,27 @@ static bool plan_levels(struct adaptive *adaptive, double limit)
     return true;
 }
 
-/* The squared error that the next pass aims at, for an error whose upper end is high; HUGE_VAL: no pass is worth it. */
+/* The squared error that the next pass aims at; HUGE_VAL: no pass is worth it. */
 static double pass_goal(const struct adaptive *adaptive, const struct allocation *allocation,
-                        double high)
+                        struct error_estimate error)
 {
     double squares = allocation_squares(allocation), least = allocation_under(allocation, 0).left;
-    double wanted = adaptive->target / high, share = fmax(PASS_AIM_MIN, wanted);
+    double share = fmax(PASS_AIM_MIN, adaptive->target / error.high);
     if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
     double goal = share * share * squares;
-    bool in_reach = least <= wanted * wanted * squares;
+    double most = adaptive->target / error.rmse;
+    bool in_reach = least <= most * most * squares;
     if (!(adaptive->target > 0) || in_reach) return goal;
     return squares <= LEAST_STOP * least ? HUGE_VAL : fmax(goal, LEAST_AIM * least);
 }
 
-/* The limit for the next pass: the one that takes the error, whose upper end is high, to the pass's aim, or a higher
- * one if there is time for no more. */
-static double limit_for(struct adaptive *adaptive, double high, double seconds)
+/* The limit for the next pass: the one that takes the error to the pass's aim, or a higher one if there is time for no
+ * more. */
+static double limit_for(struct adaptive *adaptive, struct error_estimate error, double seconds)
 {
     struct candidates candidates = candidates_of(adaptive);
     struct allocation *allocation = refine_allocation(&candidates);
-    double goal = pass_goal(adaptive, allocation, high);
+    double goal = pass_goal(adaptive, allocation, error);
     double limit = goal < HUGE_VAL ? allocation_limit(allocation, goal) : HUGE_VAL;
     if (seconds < HUGE_VAL) {
         double effort = seconds / effort_seconds_per_unit(&adaptive->effort);
@@ -143,8 +145,8 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds)
         adaptive_plan_first(adaptive, seconds);
         return true;
     }
-    double high = settle_pass(adaptive);
-    return !adaptive->is_met && plan_levels(adaptive, limit_for(adaptive, high, seconds));
+    struct error_estimate error = settle_pass(adaptive);
+    return !adaptive->is_met && plan_levels(adaptive, limit_for(adaptive, error, seconds));
 }
 
 bool adaptive_replan(struct adaptive *adaptive, double limit)
@@ -165,7 +167,7 @@ bool adaptive_is_met(struct adaptive *adaptive)
 {
     if (adaptive->is_met) return true;
     return adaptive->pass.missing == 0 && adaptive->statistics.unsampled == 0 &&
-           meets_target(adaptive, pass_error(adaptive));
+           meets_target(adaptive, pass_error(adaptive).high);
 }
 
 /* The seconds beyond those so far in which a run with these levels leaves this share of the squares. */
