@@ -18,12 +18,12 @@
 #define PASS_AIM_MAX 0.93
 
 /* The target is out of reach where even max_samples of every pixel are expected to leave an estimate above it. (Where
- * they leave a lower one, the upper end of its interval may or may not come below the target: that depends on chance and
- * on how many passes there are.) Then all further samples together are not worth a pass once the squared error is at
- * most LEAST_STOP times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that one
- * that falls somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for a
- * target of 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many rays,
- * for errors that are 2 to 4 % smaller. */
+ * they leave a lower one, the upper end of its interval may or may not come below the target: that depends on chance
+ * and on how many passes there are.) Then all further samples together are not worth a pass once the squared error is
+ * at most LEAST_STOP times what they leave, 5 % of the error; passes aim at LEAST_AIM times it, half of that, so that
+ * one that falls somewhat short is the last, too. Otherwise all pixels would get max_samples, for next to nothing: for
+ * a target of 1e-4 and 16 to 1024 max_samples, three scenes of 160 x 120 pixels would take 1.2 to 4.4 times as many
+ * rays, for errors that are 2 to 4 % smaller. */
 #define LEAST_STOP 1.1
 #define LEAST_AIM  1.05
 
