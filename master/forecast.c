@@ -167,11 +167,11 @@ static double log_time_to_goal(const struct observation *it, struct perturbation
     return log_time * log(now / it->goal) / log(now / to.rmse);
 }
 
-/* Uncertainty of the slope by one input: half of the difference between the slopes with two opposite perturbations.
- * HUGE_VAL: on the steep side the goal is reached already. */
-static double slope_uncertainty(const struct observation *it, struct perturbation steep,
-                                struct perturbation flat)
+/* Uncertainty of the slope by one input: half of the difference between the slopes with this perturbation, to the steep
+ * side, and with the opposite one. HUGE_VAL: on the steep side the goal is reached already. */
+static double slope_uncertainty(const struct observation *it, struct perturbation steep)
 {
+    struct perturbation flat = {-steep.first, -steep.last, -steep.slope};
     double slopes_apart = 1 / log_time_to_goal(it, steep) - 1 / log_time_to_goal(it, flat);
     return log(it->points[1].rmse / it->goal) * slopes_apart / 2;
 }
@@ -183,12 +183,9 @@ struct error_forecast error_forecast(const struct error_point points[2], uint32_
     const struct perturbation none = {0};
     if (has_gone_up(&it)) return law_to(&points[1], goal, 0, 0);
     double a = points[0].log_spread, b = points[1].log_spread, s = FORECAST_SLOPE_SPREAD;
-    double by_first = slope_uncertainty(&it, (struct perturbation){.first = a},
-                                        (struct perturbation){.first = -a});
-    double by_last =
-        slope_uncertainty(&it, (struct perturbation){.last = -b}, (struct perturbation){.last = b});
-    double by_slope = slope_uncertainty(&it, (struct perturbation){.slope = s},
-                                        (struct perturbation){.slope = -s});
+    double by_first = slope_uncertainty(&it, (struct perturbation){.first = a});
+    double by_last = slope_uncertainty(&it, (struct perturbation){.last = -b});
+    double by_slope = slope_uncertainty(&it, (struct perturbation){.slope = s});
     struct error_forecast forecast = law_to(&points[1], goal, log_time_to_goal(&it, none),
                                             hypot(hypot(by_first, by_last), by_slope));
     forecast.samples = shortest_run(&it, none).samples;
