@@ -157,6 +157,12 @@ static bool are_in_one_plane(const struct flat *a, const struct flat *b)
     return points->corners == 3 || are_parallel(&a->normal, &b->normal);
 }
 
+bool is_in_plane_of(const struct scene *scene, uint32_t flat_primitive, struct vec3 point)
+{
+    struct flat flat = flat_of(scene, flat_primitive, 0);
+    return is_in_plane(point, &flat);
+}
+
 enum surfaces surfaces_of(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                           uint32_t part_of_b)
 {

@@ -84,6 +84,9 @@ static inline void note_coplanar(struct known_planes *known, uint32_t a, uint32_
 bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
                    uint32_t b, uint32_t part_of_b, int *order);
 
+/* Whether a point lies, exactly, in the plane of a triangle, patch, disc or plane. */
+bool is_in_plane_of(const struct scene *scene, uint32_t flat_primitive, struct vec3 point);
+
 /*
  * The order, as above, in which a ray crosses two triangles that it meets at one place, if it is displaced like
  * one that meets an edge exactly (worker/triangle.h): 0 only if they lie in one plane or are parallel to the ray.

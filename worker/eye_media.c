@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "worker/coplanar.h"
 #include "worker/exact.h"
 #include "worker/nearest.h"
 #include "worker/several.h"
@@ -258,10 +259,10 @@ static bool has_solids_of(const struct scene *scene, const struct exits *b, cons
 
 static bool is_on_plane(const struct scene *scene, struct vec3 point)
 {
-    const struct plane *planes = scene_planes(scene);
-    for (uint32_t i = 0; i < scene->primitives[PRIMITIVE_PLANE].count; i++)
-        if (transmits(scene, primitive_id(PRIMITIVE_PLANE, i)) && side_of(&planes[i], point) == 0)
-            return true;
+    for (uint32_t i = 0; i < scene->primitives[PRIMITIVE_PLANE].count; i++) {
+        uint32_t id = primitive_id(PRIMITIVE_PLANE, i);
+        if (transmits(scene, id) && is_in_plane_of(scene, id, point)) return true;
+    }
     return false;
 }
 
@@ -276,12 +277,7 @@ static bool is_on_triangle(const struct scene *scene, uint32_t id, struct vec3 p
         double place = vec_component(&point, axis);
         if (place < box.min[axis] || place > box.max[axis]) return false;
     }
-    struct dd3 p = exact_difference3(at[1], at[0]), q = exact_difference3(at[2], at[0]);
-    struct dd3 way = exact_difference3(point, at[0]);
-    struct accumulator height;
-    accumulator_clear(&height);
-    accumulator_add_triple(&height, &p, &q, &way);
-    return accumulator_sign(&height) == 0;
+    return is_in_plane_of(scene, id, point);
 }
 
 struct at_point {
