@@ -3,6 +3,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/message.h"
 
@@ -55,7 +56,9 @@ void nearest_name_try(struct nearest_name *search, const char *candidate)
     if (search->count < NAMES_LISTED) search->tried[search->count] = candidate;
     search->count++;
     if (length > LONGEST || strlen(candidate) > LONGEST) return;
-    size_t errors = distance(search->name, candidate);
+    /* Another case is a single error, however many letters have it. */
+    bool other_case = strcasecmp(search->name, candidate) == 0;
+    size_t errors = other_case ? 1 : distance(search->name, candidate);
     /* With more than one error per three letters it is taken to be another word. */
     if (errors > (length + 2) / 3 || errors >= strlen(candidate)) return;
     if (search->best && errors >= search->errors) return;

@@ -176,6 +176,10 @@ static void test_unknown_names(void **state)
             "scene.ini:2: unknown key 'hieght' in [image], did you mean 'height'?");
     refused(state, "[shpere ball]\nradius = 1\n",
             "scene.ini:1: unknown section [shpere], did you mean 'sphere'?");
+    refused(state, "[SPHERE ball]\nradius = 1\n",
+            "scene.ini:1: unknown section [SPHERE], did you mean 'sphere'?");
+    refused(state, "[camera]\nFOV = 45\n",
+            "scene.ini:2: unknown key 'FOV' in [camera], did you mean 'fov'?");
     refused(state, "[balloon]\n",
             "scene.ini:1: unknown section [balloon], expected one that 'farm --help' lists");
     refused(state, "[background]\ntexture = x\n",
