@@ -47,6 +47,9 @@ struct part_head {
     double limit;  /* adaptive_limit() */
 };
 
+_Static_assert(sizeof(struct tile_head) == 208 && sizeof(struct part_head) == 224,
+               "with a record's 64 bytes, what master/README.md says of the room for a journal");
+
 struct finished_list {
     struct finished *items;
     size_t count;
