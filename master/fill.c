@@ -89,7 +89,7 @@ static void guess(const struct picture *picture, uint32_t lattice, uint32_t x, u
 static void fill_lattice(const struct picture *picture, uint32_t lattice)
 {
     const struct canvas *canvas = picture->canvas;
-    uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
+    uint32_t row_step = lattice_step(lattice), step = lattice_between_step(lattice);
     for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
             if (!is_known(picture, x, y)) guess(picture, lattice, x, y, canvas_at(canvas, x, y));
@@ -146,7 +146,7 @@ static double miss_of(const struct picture *picture, uint32_t lattice)
 {
     const struct canvas *canvas = picture->canvas;
     double sum = 0, count = 0;
-    uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
+    uint32_t row_step = lattice_step(lattice), step = lattice_between_step(lattice);
     for (uint32_t y = lattice_between_first_row(lattice); y < canvas->height; y += row_step)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step) {
             float color[3];

@@ -36,15 +36,10 @@ static inline uint32_t lattice_step(uint32_t lattice)
 }
 
 /* The pixels that a lattice has but not the next coarser one, lattice < LATTICE_COARSEST: the first row that has any,
- * the distance to the next such row, the first pixel in such a row y, and the distance to the next one. */
+ * the first pixel in such a row y, and the distance to the next one. Such rows are lattice_step() apart. */
 static inline uint32_t lattice_between_first_row(uint32_t lattice)
 {
     return lattice % 2 ? lattice_row_step(lattice) : 0;
-}
-
-static inline uint32_t lattice_between_row_step(uint32_t lattice)
-{
-    return lattice_row_step(lattice) << lattice % 2;
 }
 
 static inline uint32_t lattice_between_first(uint32_t lattice, uint32_t y)

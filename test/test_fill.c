@@ -62,7 +62,7 @@ static void test_walk_between(void **state)
     (void)state;
     for (uint32_t lattice = 0; lattice < LATTICE_COARSEST; lattice++) {
         bool seen[48][48] = {{false}};
-        uint32_t row_step = lattice_between_row_step(lattice), step = lattice_between_step(lattice);
+        uint32_t row_step = lattice_step(lattice), step = lattice_between_step(lattice);
         for (uint32_t y = lattice_between_first_row(lattice); y < 48; y += row_step)
             for (uint32_t x = lattice_between_first(lattice, y); x < 48; x += step)
                 seen[y][x] = true;
