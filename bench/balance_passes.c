@@ -20,7 +20,6 @@ struct sim_passes *sim_passes_begin(const struct record *record, struct queue *q
     *passes = (struct sim_passes){.record = record, .queue = queue};
     canvas_init(&passes->canvas, record->view.region_w, record->view.region_h);
     passes->adaptive = adaptive_create(&record->view, &passes->canvas, record->target);
-    pass_tiles_tell_work(queue, passes->adaptive);
     return passes;
 }
 

@@ -32,9 +32,15 @@ static void add_tile(const struct pass_tiles *it, const struct tile *tile)
     queue_add(it->queue, tile, cost, priority);
 }
 
+static double work_in(const void *adaptive, const struct tile *part)
+{
+    return adaptive_work_seconds(adaptive, part);
+}
+
 void pass_tiles_add(struct queue *queue, struct adaptive *adaptive, uint32_t min_samples)
 {
     adaptive_predict_work(adaptive);
+    queue_set_part_work(queue, work_in, adaptive);
     const struct tile all = adaptive_whole(adaptive);
     const struct pass_tiles it = {
         .queue = queue,
@@ -53,14 +59,4 @@ void pass_tiles_add(struct queue *queue, struct adaptive *adaptive, uint32_t min
             add_tile(&it, &tile);
         }
     }
-}
-
-static double work_in(const void *adaptive, const struct tile *part)
-{
-    return adaptive_work_seconds(adaptive, part);
-}
-
-void pass_tiles_tell_work(struct queue *queue, const struct adaptive *adaptive)
-{
-    queue_set_part_work(queue, work_in, adaptive);
 }

@@ -12,7 +12,6 @@
 #include "master/late_note.h"
 #include "master/outline.h"
 #include "master/output_file.h"
-#include "master/pass_tiles.h"
 #include "master/run.h"
 #include "master/start_times.h"
 #include "master/timeline_output.h"
@@ -278,7 +277,6 @@ static int open_rendering(struct run *run, const struct view *view, const struct
 {
     const struct settings *settings = &run->job.settings;
     make_room(run, view);
-    if (run->adaptive) pass_tiles_tell_work(run->queue, run->adaptive);
     double start = clock_wall();
     bool opened = open_run_journal(run, block);
     run->report.time.resume = clock_wall() - start;

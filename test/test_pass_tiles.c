@@ -43,7 +43,6 @@ static void test_work(void **state)
     struct canvas canvas;
     struct adaptive *adaptive = begin(&canvas, 0, 1, 3);
     struct queue *queue = queue_create(&config);
-    pass_tiles_tell_work(queue, adaptive);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     double samples = adaptive_work(adaptive, &all).samples / (4 * ALL);
     uint32_t first = queue->item_count;
