@@ -8,7 +8,6 @@
  *   queue_predict.c    predicted costs of tiles
  *   queue_join.c       joining cheap tiles
  *   queue_split.c      splitting large tiles in two
- *   queue_service.c    how large tiles have to be for the master to keep up
  *   queue_lot.c        composing a lot
  *   queue_repeat.c     handing out tiles of others a second time
  *   queue_pieces.c     breaking a tile that is out into pieces for other renderers
