@@ -39,7 +39,7 @@ void ask_for_sign(struct server *server, uint32_t renderer)
 static void send_drops(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
-    send(server, renderer, TAG_MASTER_TO_RENDERER_DROP, server->drops[renderer].drop,
+    send(server, renderer, TAG_MASTER_TO_RENDERER_DROP, server->drops[renderer],
          contact->drop_count * sizeof(struct drop));
     contact->drop_count = 0;
 }
@@ -55,7 +55,7 @@ static void note_recall(struct server *server, const struct recall *recall)
     }
     if (contact->is_told || contact->drops == DROPS_MOST) return;
     contact->drops++;
-    server->drops[recall->renderer].drop[contact->drop_count++] =
+    server->drops[recall->renderer][contact->drop_count++] =
         (struct drop){recall->id, recall->finished};
     if (contact->drop_count == DROP_TILES) send_drops(server, recall->renderer);
 }

@@ -32,12 +32,6 @@ struct contact {
     unsigned lots_put, results_taken; /* lots put into its tray, results taken from it */
 };
 
-/* The drops of a renderer that are to be sent. Kept apart from the contacts, which are all scanned often, unlike
- * these. */
-struct drops {
-    struct drop drop[DROP_TILES];
-};
-
 /* A finished piece of a tile, until it is known whether the tile comes as a whole before all of its pieces. */
 struct kept_piece {
     uint32_t renderer;
@@ -79,7 +73,8 @@ struct server {
     uint32_t renderers;
     uint32_t first_there;     /* all renderers on other ranks before this one are gone */
     struct contact *contacts; /* per renderer */
-    struct drops *drops;      /* per renderer */
+    /* Per renderer: the drops that are to be sent. Apart from the contacts, which are all scanned often. */
+    struct drop (*drops)[DROP_TILES];
     /* TILES_MAX_BYTES; padding in it is 0 or stale, never uninitialised */
     char *message;
     double ended_at; /* server.awake_s when service->ending was set */

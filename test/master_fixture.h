@@ -115,7 +115,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
 
 struct farm {
     struct contact contacts[RENDERERS];
-    struct drops drops[RENDERERS];
+    struct drop drops[RENDERERS][DROP_TILES];
     struct renderer_stats stats[RENDERERS];
     struct tray *trays[RENDERERS];
     struct arrivals *arrivals;

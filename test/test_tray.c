@@ -221,7 +221,7 @@ struct master_of_test {
     struct canvas canvas;
     struct renderer_stats stats[RENDERERS];
     struct contact contacts[RENDERERS];
-    struct drops drops[RENDERERS];
+    struct drop drops[RENDERERS][DROP_TILES];
     struct tray *tray, *trays[RENDERERS];
     struct arrivals *arrivals;
     struct watch watch;
