@@ -9,7 +9,7 @@
 #include "common/message.h"
 #include "master/adaptive.h"
 #include "test/halves.h"
-#include "worker/sample.h"
+#include "test/sample_fixture.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
 

@@ -4,7 +4,7 @@
 
 #include "bench/pictures.h"
 #include "test/reference.h"
-#include "worker/sample.h"
+#include "test/sample_fixture.h"
 
 static const char *const quick_size[] = {"image.width=24", "image.height=18", "sampling.samples=1",
                                          "render.max_depth=6", NULL};
@@ -140,7 +140,7 @@ static void sized_free(struct sized *it)
 static struct sight sight_of(const struct sized *it, uint32_t x, uint32_t y)
 {
     struct sight sight = {.hit = {.t = 0}};
-    struct ray ray = sample_ray(&it->scene->view, x, y, 0);
+    struct ray ray = sample_ray(&it->scene->view, x, y, 0, NULL);
     uint64_t exact = 0;
     stage_hits(it->scene, it->bvh, &ray, 1, &sight.hit, &exact);
     if (sight.hit.primitive != PRIMITIVE_NONE)

@@ -18,7 +18,7 @@
 #include "master/error.h"
 #include "test/adaptive_view_fixture.h"
 #include "test/halves.h"
-#include "worker/sample.h"
+#include "test/sample_fixture.h"
 
 typedef double scene_function(double x, double y);
 

@@ -1,11 +1,11 @@
 /* Tests that points computed in lanes have the same bits as from the functions for one point. */
 #include "scene_fixture.h"
 
+#include "test/sample_fixture.h"
 #include "worker/corner.h"
 #include "worker/lanes.h"
 #include "worker/packet.h"
 #include "worker/points.h"
-#include "worker/sample.h"
 
 #define MATERIALS 5
 
@@ -763,9 +763,16 @@ static void test_sample_rays(void **state)
             sample_put(&lanes, i, i % 97, i / 97, i * 3923 % samples[w]);
         sample_rays(&view, &lanes, WAVE, rays);
         for (uint32_t i = 0; i < WAVE; i++) {
-            struct ray ray = sample_ray(&view, i % 97, i / 97, i * 3923 % samples[w]);
+            double at[2];
+            uint32_t x = i % 97, y = i / 97;
+            struct ray ray = sample_ray(&view, x, y, i * 3923 % samples[w], at);
+            double u = (2 * (x + at[0]) - view.width) / view.height;
+            double v = (2 * (y + at[1]) - view.height) / view.height;
+            struct vec3 way = vec_add_scaled(view.camera.forward, view.camera.right, u);
+            way = vec_normalize(vec_add_scaled(way, view.camera.down, v));
             assert_same_vector(rays[i].origin, ray.origin);
             assert_same_vector(rays[i].direction, ray.direction);
+            assert_same_vector(rays[i].direction, way);
             assert_int_equal(rays[i].from, PRIMITIVE_NONE);
         }
     }

@@ -1,5 +1,5 @@
+#include "test/sample_fixture.h"
 #include "test/scene_fixture.h"
-#include "worker/sample.h"
 
 static const struct view many = {.width = 64, .height = 48, .min_samples = 2, .max_samples = 65536};
 

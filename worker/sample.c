@@ -77,18 +77,6 @@ static inline uint32_t second_digits(uint32_t sample, uint64_t seed)
     return reversed(scramble(sobol_second(sample >> 1), mix(seed)));
 }
 
-void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
-                     double offset[2])
-{
-    if (view->max_samples == 1) {
-        offset[0] = offset[1] = 0.5;
-        return;
-    }
-    uint64_t seed = seed_of(x, y, sample);
-    offset[0] = first_digits(sample, seed) * 0x1p-32;
-    offset[1] = second_digits(sample, seed) * 0x1p-32;
-}
-
 /* The direction through the point x, y of the picture, not normalised. */
 static inline struct vec3 direction_through(const struct view *view, double x, double y)
 {
@@ -100,17 +88,6 @@ static inline struct vec3 direction_through(const struct view *view, double x, d
     return vec_add_scaled(direction, camera->down, v);
 }
 
-struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample)
-{
-    double offset[2];
-    sample_position(view, x, y, sample, offset);
-    struct vec3 direction = direction_through(view, x + offset[0], y + offset[1]);
-    return (struct ray){.origin = view->camera.eye,
-                        .direction = vec_normalize(direction),
-                        .t_max = HUGE_VAL,
-                        .from = PRIMITIVE_NONE};
-}
-
 void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample)
 {
     lanes->pixel_x[i] = x;
@@ -118,7 +95,6 @@ void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, 
     lanes->sample[i] = sample;
 }
 
-/* sample_position() for all lanes. */
 static FLATTENED void place_lanes(const struct view *view, struct sample_lanes *lanes,
                                   uint32_t count)
 {
