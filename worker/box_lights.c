@@ -1,3 +1,4 @@
+/* Bounds on the direct light in a box: struct box_lights of worker/radiance.h. */
 #include <stdlib.h>
 
 #include "common/message.h"
