@@ -94,16 +94,6 @@ static bool add_material(struct mtl *mtl)
     return true;
 }
 
-/* Reads a word if it is the expected one; false, without reading anything, if it is not. */
-static bool take_word(struct scan *scan, const char *expected)
-{
-    char word[32];
-    struct scan ahead = *scan;
-    if (!scan_word(&ahead, word, sizeof word) || strcmp(word, expected) != 0) return false;
-    *scan = ahead;
-    return true;
-}
-
 /* Reads a colour: three numbers, or one number for all three components. false: invalid or negative. */
 static bool read_numbers(struct scan *scan, struct vec3 *color)
 {
@@ -119,8 +109,8 @@ static bool read_numbers(struct scan *scan, struct vec3 *color)
  * unchanged. */
 static bool read_color(struct mtl *mtl, struct vec3 *color)
 {
-    bool curve = take_word(&mtl->scan, "spectral");
-    if (!curve && !take_word(&mtl->scan, "xyz")) return read_numbers(&mtl->scan, color);
+    bool curve = scan_take(&mtl->scan, "spectral");
+    if (!curve && !scan_take(&mtl->scan, "xyz")) return read_numbers(&mtl->scan, color);
     if (!mtl->told_curve)
         user_warning(mtl->scan.path, mtl->scan.line,
                      "colours given as '%s' are left out, only red, green and blue are known",
@@ -137,7 +127,7 @@ static bool read_share(struct scan *scan, double *value)
 static bool read_opacity(struct mtl *mtl, struct mtl_material *m)
 {
     double opacity;
-    bool halo = take_word(&mtl->scan, "-halo");
+    bool halo = scan_take(&mtl->scan, "-halo");
     if (!read_share(&mtl->scan, &opacity)) return false;
     if (halo && !mtl->told_halo) {
         user_warning(mtl->scan.path, mtl->scan.line,

@@ -413,10 +413,12 @@ static bool amended_found(const struct obj *obj)
 
 /* ---- the file ---- */
 
-static bool pass_over(struct obj *obj, const char *word)
+static bool pass_over(struct obj *obj)
 {
     static const char *const harmless[] = {"vt", "o", "g", "s", "vp"};
     bool known = false;
+    char word[32], ignored[2];
+    scan_word(&obj->scan, word, sizeof word);
     for (size_t i = 0; i < sizeof harmless / sizeof *harmless; i++)
         known |= strcmp(word, harmless[i]) == 0;
     if (!known && !obj->told_unknown) {
@@ -424,32 +426,25 @@ static bool pass_over(struct obj *obj, const char *word)
                      "unknown statement '%s' is left out, as are others after it", word);
         obj->told_unknown = true;
     }
-    char ignored[2];
     while (scan_word(&obj->scan, ignored, sizeof ignored)) {
     }
     return true;
 }
 
-static bool is_word(const struct obj *obj, const char *word, size_t length)
-{
-    const char *at = obj->scan.at;
-    return strncmp(at, word, length) == 0 && (at[length] == ' ' || at[length] == '\t');
-}
+/* The frequent ones first. */
+static const struct {
+    const char *word;
+    bool (*read)(struct obj *obj);
+} statements[] = {
+    {"v", read_vertex},       {"vn", read_normal},      {"f", read_face},
+    {"usemtl", use_material}, {"mtllib", read_library},
+};
 
 static bool read_statement(struct obj *obj)
 {
-    /* The frequent statements first, without copying the word. */
-    if (is_word(obj, "v", 1)) return obj->scan.at += 1, read_vertex(obj);
-    if (is_word(obj, "vn", 2)) return obj->scan.at += 2, read_normal(obj);
-    if (is_word(obj, "f", 1)) return obj->scan.at += 1, read_face(obj);
-    char word[32];
-    scan_word(&obj->scan, word, sizeof word);
-    if (strcmp(word, "v") == 0) return read_vertex(obj);
-    if (strcmp(word, "vn") == 0) return read_normal(obj);
-    if (strcmp(word, "f") == 0) return read_face(obj);
-    if (strcmp(word, "usemtl") == 0) return use_material(obj);
-    if (strcmp(word, "mtllib") == 0) return read_library(obj);
-    return pass_over(obj, word);
+    for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
+        if (scan_take(&obj->scan, statements[i].word)) return statements[i].read(obj);
+    return pass_over(obj);
 }
 
 static bool read_all(struct obj *obj)

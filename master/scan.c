@@ -82,6 +82,17 @@ bool scan_vector(struct scan *scan, struct vec3 *value)
            scan_number(scan, &value->z);
 }
 
+bool scan_take(struct scan *scan, const char *word)
+{
+    skip_blanks(scan);
+    const char *at = scan->at;
+    while (*word && *at == *word)
+        at++, word++;
+    if (*word || !ends_word(scan, at)) return false;
+    scan->at = at;
+    return true;
+}
+
 bool scan_word(struct scan *scan, char *word, size_t size)
 {
     if (scan_at_end(scan)) return false;

@@ -32,6 +32,8 @@ bool scan_at_end(struct scan *scan);
 bool scan_number(struct scan *scan, double *value);
 bool scan_vector(struct scan *scan, struct vec3 *value);
 bool scan_unsigned(struct scan *scan, uint32_t *value);
+/* Reads the next word if it is this one. */
+bool scan_take(struct scan *scan, const char *word);
 /* Reads the next word, truncated to size - 1 bytes; false at the end of the line. */
 bool scan_word(struct scan *scan, char *word, size_t size);
 /* Reads the rest of the line, including a comment, without blanks at its ends; truncated like a word. */
