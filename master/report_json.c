@@ -37,18 +37,9 @@ static void put_features(struct json *json, const char *key, unsigned features)
     json_close(json, ']');
 }
 
-/* Bytes of scene and BVH per triangle or patch; null where there are none. */
-static void put_bytes_per_triangle(struct json *json, const struct report *report)
-{
-    double bytes = (double)report->scene_bytes + (double)report->bvh_bytes;
-    if (report->triangles > 0)
-        json_number(json, "bytes_per_triangle", bytes / (double)report->triangles);
-    else
-        json_null(json, "bytes_per_triangle");
-}
-
 static void put_scene(struct json *json, const struct report *report)
 {
+    double bytes = (double)report->scene_bytes + (double)report->bvh_bytes;
     json_open(json, "scene", '{');
     json_string(json, "file", report->config);
     json_count(json, "primitives", report->primitives);
@@ -57,7 +48,8 @@ static void put_scene(struct json *json, const struct report *report)
     json_count(json, "lights", report->lights);
     json_count(json, "bytes", report->scene_bytes);
     json_count(json, "bvh_bytes", report->bvh_bytes);
-    put_bytes_per_triangle(json, report);
+    /* null without any triangle or patch */
+    json_number(json, "bytes_per_triangle", bytes / (double)report->triangles);
     put_features(json, "used", report->features);
     put_features(json, "left_out", ~report->features);
     json_close(json, '}');
