@@ -94,9 +94,8 @@ static struct segment_head *create_node_segment(struct node_scene *shared, const
                                                 const struct node_place *place)
 {
     shared->segment_bytes = room_bytes(room);
-    shared->own_memory = place->size == 1 ? allocate_large(shared->segment_bytes) : NULL;
-    struct segment_head *head = shared->own_memory
-                                    ? shared->own_memory
+    struct segment_head *head = place->size == 1
+                                    ? allocate_large(shared->segment_bytes)
                                     : segment_extend(place->segment, shared->segment_bytes);
     /* malloc()ed memory need not begin at a cache line. */
     head->offset = room->head + (-(uintptr_t)head % CACHE_LINE);
@@ -254,8 +253,8 @@ void unshare_scene(struct node_scene *shared)
 {
     wait_for_all();
     if (shared->leads) free_node_segment(shared);
-    if (shared->own_memory)
-        free(shared->own_memory);
+    if (shared->process_count == 1)
+        free(shared->head);
     else
         segment_close(shared->head, shared->segment_bytes);
     free(shared->trays);

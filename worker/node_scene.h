@@ -16,8 +16,9 @@ struct arrivals;
 
 struct node_scene {
     const struct scene *scene;
-    struct bvh *bvh;           /* built by the first rank of the node */
-    struct segment_head *head; /* the shared memory, of segment_bytes bytes */
+    struct bvh *bvh; /* built by the first rank of the node */
+    /* The memory that the ranks of the node share, of segment_bytes bytes; that of a rank alone is its own. */
+    struct segment_head *head;
     size_t segment_bytes;
     struct bell *bell; /* in the segment: wakes the first rank of the node */
     /* In the segment: this rank's lots, results and bell; NULL: rank 0 is on another node. */
@@ -27,8 +28,7 @@ struct node_scene {
     /* In the segment: from renderers that have trays; NULL: there are none. */
     struct arrivals *arrivals;
     double broadcast_s, build_s; /* wall seconds on this rank */
-    void *own_memory; /* memory of a rank alone on its node, in place of a segment; else NULL */
-    bool leads;       /* this is the first rank of its node, which fills the segment */
+    bool leads;                  /* this is the first rank of its node, which fills the segment */
     /* On the first rank: process ids of the node's ranks, freed by the caller; NULL on others. */
     int *processes;
     int process_count;
