@@ -66,5 +66,5 @@ bool sim_passes_plan(struct sim_passes *passes, double *plan_s)
 
 void sim_passes_add(struct sim_passes *passes)
 {
-    pass_tiles_add(passes->queue, passes->adaptive, passes->record->view.min_samples);
+    pass_tiles_add(passes->queue, passes->adaptive);
 }

@@ -253,6 +253,11 @@ const uint8_t *adaptive_levels(const struct adaptive *adaptive)
     return adaptive->statistics.level;
 }
 
+uint32_t adaptive_first_samples(const struct adaptive *adaptive)
+{
+    return (uint32_t)adaptive->statistics.levels.samples[1];
+}
+
 struct tile adaptive_whole(const struct adaptive *adaptive)
 {
     const struct canvas *canvas = adaptive->statistics.canvas;

@@ -110,6 +110,9 @@ double adaptive_limit(const struct adaptive *adaptive);
 /* The level of each pixel of the canvas (common/refinement.h), 0: no samples. It is valid until samples come in. */
 const uint8_t *adaptive_levels(const struct adaptive *adaptive);
 
+/* Samples of a pixel in pass 0. */
+uint32_t adaptive_first_samples(const struct adaptive *adaptive);
+
 /* All of the picture. */
 struct tile adaptive_whole(const struct adaptive *adaptive);
 

@@ -79,7 +79,6 @@ static void begin_watch(struct run *run, const struct view *view)
         .reference = run->reference.rgb ? &run->reference : NULL,
         .adaptive = run->adaptive,
         .samples = view->max_samples,
-        .first_samples = view->min_samples,
         .begin = run->start,
         .snapshot = {.path = settings->output.image, .seconds = preview_seconds(settings)}};
     if (!watch_start(&run->watch, settings->output.error)) {
@@ -113,7 +112,6 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .canvas = &run->canvas,
         .save = run->save,
         .watch = &run->watch,
-        .first_samples = shared->scene->view.min_samples,
         .adaptive = run->adaptive,
         .deadline = deadline_of(run),
         .processors = run->crowd.processors,

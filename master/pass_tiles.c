@@ -12,7 +12,6 @@
 struct pass_tiles {
     struct queue *queue;
     const struct adaptive *adaptive;
-    uint32_t min_samples;
     double work_per_second; /* the queue's work, which is that of pass 0, per CPU second */
 };
 
@@ -25,7 +24,7 @@ static void add_tile(const struct pass_tiles *it, const struct tile *tile)
     /* Where no time was measured: from what all of the tile's pixels cost in pass 0. */
     if (!(cost > 0 && cost < HUGE_VAL))
         cost = queue_work(it->queue, tile) * work.samples /
-               ((double)tile_pixels(tile) * it->min_samples);
+               ((double)tile_pixels(tile) * adaptive_first_samples(it->adaptive));
     /* How much first samples lower the error is not known: expensive ones go first, as in pass 0. */
     double priority =
         adaptive_is_first(it->adaptive) ? cost / work.samples : work.removed / fmax(cost, 1e-300);
@@ -37,7 +36,7 @@ static double work_in(const void *adaptive, const struct tile *part)
     return adaptive_work_seconds(adaptive, part);
 }
 
-void pass_tiles_add(struct queue *queue, struct adaptive *adaptive, uint32_t min_samples)
+void pass_tiles_add(struct queue *queue, struct adaptive *adaptive)
 {
     adaptive_predict_work(adaptive);
     queue_set_part_work(queue, work_in, adaptive);
@@ -45,7 +44,6 @@ void pass_tiles_add(struct queue *queue, struct adaptive *adaptive, uint32_t min
     const struct pass_tiles it = {
         .queue = queue,
         .adaptive = adaptive,
-        .min_samples = min_samples,
         .work_per_second = queue_work(queue, &all) / adaptive_first_seconds(adaptive),
     };
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(queue);

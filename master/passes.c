@@ -157,7 +157,7 @@ static void begin_pass(struct server *server)
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
     if (server->last_pass) return;
     server->tiles_before = queue_count(service->queue).tiles;
-    pass_tiles_add(service->queue, service->adaptive, service->first_samples);
+    pass_tiles_add(service->queue, service->adaptive);
 }
 
 /* Whether to measure again how long writing takes: after pass 0, and when all pixels have samples. */

@@ -28,7 +28,6 @@ struct service {
     struct save *save; /* the journal, which keeps finished tiles; NULL: none */
     struct progress *progress;
     struct watch *watch;
-    uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
     /* By when the picture, as far as it is rendered, is to be written: a time of common/clock.h; HUGE_VAL: no
      * deadline. */

@@ -127,7 +127,7 @@ static double first_power(const struct watch *watch, double goal)
 {
     struct error_point points[2];
     if (!points_of(watch, points)) return FORECAST_EDGE;
-    return error_power(points, watch->first_samples, goal);
+    return error_power(points, adaptive_first_samples(watch->adaptive), goal);
 }
 
 /* The error with which a run ends, as a part of its target, in the mean: the upper end of a confidence interval

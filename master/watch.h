@@ -17,9 +17,8 @@ struct watch {
     const struct canvas *reference; /* of the same size; NULL: none */
     struct adaptive *adaptive;      /* NULL: every pixel gets `samples` samples */
     uint32_t samples;               /* the most that a pixel may get */
-    uint32_t first_samples;   /* samples per pixel of the first pass, where there are several */
-    double begin;             /* start of the program: a time of common/clock.h */
-    struct snapshot snapshot; /* the picture so far: its path, and the seconds between two */
+    double begin;                   /* start of the program: a time of common/clock.h */
+    struct snapshot snapshot;       /* the picture so far: its path, and the seconds between two */
 
     /* State of the run. */
     FILE *csv;     /* NULL: none; owned */

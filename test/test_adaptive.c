@@ -80,7 +80,7 @@ static void test_rows_show_why_it_ended(void **state)
     struct canvas canvas;
     canvas_init(&canvas, EDGE, EDGE);
     struct adaptive *adaptive = adaptive_create(&view, &canvas, target);
-    struct watch watch = {.canvas = &canvas, .adaptive = adaptive, .first_samples = 4};
+    struct watch watch = {.canvas = &canvas, .adaptive = adaptive};
     assert_true(watch_start(&watch, NULL));
     double now = 0, high;
     do {

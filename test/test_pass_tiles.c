@@ -46,7 +46,7 @@ static void test_work(void **state)
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     double samples = adaptive_work(adaptive, &all).samples / (4 * ALL);
     uint32_t first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 3); /* of 8 x 8 pixels */
     /* Without probes the work of pass 0 is its pixels: 4 s of them. */
     double second = samples * ALL / 4;
@@ -73,7 +73,7 @@ static void test_rest(void **state)
     double whole = adaptive_work_seconds(adaptive, &all);
     put(adaptive, columns(0, 6), (struct sent){0.5f, 0, APART, {1, 1}}, whole / 4);
     uint32_t first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_true(fabs(adaptive_work_seconds(adaptive, &all) - whole * 3 / 4) < 1e-9 * whole);
     assert_int_equal(queue->item_count, first + 3);
     assert_true(fabs(work_of(queue, first) / work_of(queue, first + 2) - 2.0 / 8) < 1e-6);
@@ -115,7 +115,7 @@ static void test_no_time(void **state)
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
         if (timed) put(adaptive, columns(0, timed), (struct sent){0.5f, 0, APART, {1, 3}}, 5);
         uint32_t first = queue->item_count;
-        pass_tiles_add(queue, adaptive, 4);
+        pass_tiles_add(queue, adaptive);
         assert_int_equal(queue->item_count, first + (WIDE - timed) / 8);
         for (uint32_t id = first; id < queue->item_count; id++) {
             struct tile tile = item_tile(&queue->items[id]);
@@ -141,7 +141,7 @@ static void test_lost_time(void **state)
     put(adaptive, columns(16, 8), (struct sent){0.5f, 0, APART, {1, 1}}, 1e-3);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     uint32_t first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 3);
     assert_true(adaptive_work_seconds(adaptive, &(struct tile){.x = 16, .w = 8, .h = 8}) == 0);
     assert_true(work_of(queue, first + 2) > 0);
@@ -162,7 +162,7 @@ static void test_edges(void **state)
     assert_int_equal(queue_largest_lot(queue), 16 * 16);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     uint32_t first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 2);
     for (uint32_t i = 0; i < 2; i++) {
         struct tile tile = item_tile(&queue->items[first + i]);
@@ -173,7 +173,7 @@ static void test_edges(void **state)
     smaller.width = smaller.height = 5;
     queue = queue_create(&smaller);
     first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 2 * WIDE / 4);
     for (uint32_t i = 0; i < 2 * WIDE / 4; i++) {
         struct tile tile = item_tile(&queue->items[first + i]);
@@ -213,7 +213,7 @@ static void test_first_samples(void **state)
         }
     }
     uint32_t first = queue->item_count;
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 3);
     assert_true(queue->items[first + 1].priority > queue->items[first].priority);
     assert_true(queue->items[first + 2].priority > queue->items[first + 1].priority);
@@ -235,7 +235,7 @@ static void test_order(void **state)
         for (uint32_t k = 0; k < count; k++)
             queue_finish(queue, i, lot[k].id, 1e-3, 1e-3);
     assert_true(queue_complete(queue));
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_true(queue_next(queue, 0, 2e-3, lot) > 0);
     assert_int_equal(lot[0].x, 16);
     assert_int_equal(lot[0].pass, 1);
@@ -255,7 +255,7 @@ static void test_nothing_to_do(void **state)
     const struct tile rest = {.w = 16, .h = HIGH, .step = 1};
     uint32_t first = queue->item_count;
     assert_true(adaptive_work(adaptive, &rest).samples == 0);
-    pass_tiles_add(queue, adaptive, 4);
+    pass_tiles_add(queue, adaptive);
     assert_int_equal(queue->item_count, first + 1);
     assert_int_equal(queue->items[first].x, 16);
     queue_destroy(queue);

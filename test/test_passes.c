@@ -52,7 +52,7 @@ static double asked_for(struct standing standing, double *took)
     }
     while (other_goes_on(farm))
         ;
-    farm->watch = (struct watch){.canvas = &farm->canvas, .adaptive = adaptive, .first_samples = 4};
+    farm->watch = (struct watch){.canvas = &farm->canvas, .adaptive = adaptive};
     assert_true(watch_start(&farm->watch, NULL));
     farm->service.processors = 3;
     farm->server.rendered_before = standing.earlier;

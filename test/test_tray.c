@@ -238,7 +238,7 @@ static void set_up(struct master_of_test *test)
     test->arrivals = arrivals_create(RENDERERS);
     test->trays[1] = test->tray;
     canvas_init(&test->canvas, config.width, config.height);
-    test->watch = (struct watch){.canvas = &test->canvas, .samples = 1, .first_samples = 1};
+    test->watch = (struct watch){.canvas = &test->canvas, .samples = 1};
     assert_true(watch_start(&test->watch, ""));
     test->service = (struct service){.queue = queue_create(&config),
                                      .canvas = &test->canvas,

@@ -13,8 +13,7 @@ static struct watch begun(uint64_t pixels, const char *csv)
 {
     canvas_init(&canvas, EDGE, EDGE);
     canvas_init(&reference, EDGE, EDGE);
-    struct watch watch = {
-        .canvas = &canvas, .reference = &reference, .samples = 4, .first_samples = 4, .begin = 100};
+    struct watch watch = {.canvas = &canvas, .reference = &reference, .samples = 4, .begin = 100};
     assert_true(watch_start(&watch, csv));
     struct result_header header = {.cpu_s = 10,
                                    .counts = {.sampling = {1, 0.01}, .halfway = {3, 0.09}}};
