@@ -13,7 +13,6 @@
 #include "common/message.h"
 #include "master/framing.h"
 #include "master/loader.h"
-#include "master/nearest_file.h"
 #include "master/path.h"
 
 /* ---- the loader's memory ---- */

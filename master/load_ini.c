@@ -10,7 +10,6 @@
 
 #include "common/message.h"
 #include "master/load_objects.h"
-#include "master/nearest_file.h"
 #include "master/path.h"
 #include "master/placement.h"
 #include "master/sections.h"

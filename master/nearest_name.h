@@ -1,4 +1,4 @@
-/* Hints for messages about an unknown name: "did you mean ...?", or the list of possible names. */
+/* Hints for messages about an unknown name or a missing file: "did you mean ...?", or the list of possible names. */
 #ifndef FARM_MASTER_NEAREST_NAME_H
 #define FARM_MASTER_NEAREST_NAME_H
 
@@ -23,5 +23,10 @@ void nearest_name_try(struct nearest_name *search, const char *candidate);
 /* ", did you mean 'best'?", or ", expected one of a b c", or "" if there are no candidates or too many to list. The
  * caller frees the text. */
 char *nearest_name_hint(const struct nearest_name *search);
+
+/* The path of the file that may have been meant: it is in the same folder, has the same extension, and its name differs
+ * by few typing errors. The caller frees it; NULL: there is none, or the name is not what is wrong, as path exists, if
+ * only as a link that leads nowhere, or its folder must not be searched. */
+char *nearest_file(const char *path);
 
 #endif
