@@ -268,9 +268,8 @@ static void start_server(struct server *server, struct service *service, struct 
 {
     *served = (struct served){0};
     *server = (struct server){.service = service, .served = served, .own_done = !service->own};
-    server->first_rank = service->own ? 0 : 1;
     server->first_remote = server->first_there = service->own ? 1 : 0;
-    server->renderers = (uint32_t)post_ranks() - server->first_rank;
+    server->renderers = (uint32_t)post_ranks() - 1 + server->first_remote;
     server->contacts = allocate_zeroed(server->renderers, sizeof *server->contacts);
     server->drops = allocate(server->renderers, sizeof *server->drops);
     server->message = allocate_zeroed(TILES_MAX_BYTES, 1);
@@ -279,7 +278,7 @@ static void start_server(struct server *server, struct service *service, struct 
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = rank_of(server, i);
-    for (uint32_t rank = 0; rank < server->first_rank + server->renderers; rank++)
+    for (uint32_t rank = 0; rank < rank_of(server, server->renderers); rank++)
         if (service->trays[rank]) server->flag_words = arrivals_words(rank + 1);
     estimate_writing(server, false);
     guess_times(server);

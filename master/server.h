@@ -68,8 +68,8 @@ struct server {
 
     /* Main thread only. */
     struct post *post;
-    uint32_t first_rank;   /* rank of renderer 0 */
-    uint32_t first_remote; /* the first renderer on another rank: 0 or 1 */
+    uint32_t
+        first_remote; /* the first renderer on another rank: 1, or 0 where rank 0 does not render */
     uint32_t renderers;
     uint32_t first_there;     /* all renderers on other ranks before this one are gone */
     struct contact *contacts; /* per renderer */
@@ -107,7 +107,7 @@ double server_elapsed(const struct server *server);
 /* The rank of a renderer. Where rank 0 does not render, renderer 0 is rank 1. */
 static inline uint32_t rank_of(const struct server *server, uint32_t renderer)
 {
-    return server->first_rank + renderer;
+    return renderer + 1 - server->first_remote;
 }
 
 /* Whether nothing is left for this renderer, in later passes either. The lock is held. */

@@ -99,14 +99,14 @@ static int take_tray(struct server *server, uint32_t renderer)
 static int take_trays(struct server *server)
 {
     struct arrivals *arrivals = server->service->arrivals;
-    uint32_t ranks = server->first_rank + server->renderers;
+    uint32_t ranks = rank_of(server, server->renderers);
     int results = 0;
     for (uint32_t word = 0; word < server->flag_words; word++)
         for (uint64_t up = arrivals_take(arrivals, word); up; up &= up - 1) {
             uint32_t rank = FLAGS_PER_WORD * word + (uint32_t)__builtin_ctzll(up);
             if (rank >= ranks || !server->service->trays[rank])
                 fatal("a flag is up of rank %u, who has no tray", rank);
-            results += take_tray(server, rank - server->first_rank);
+            results += take_tray(server, rank - rank_of(server, 0));
         }
     return results;
 }
@@ -141,7 +141,7 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
 
 static void take_letter(struct server *server, const struct letter *letter)
 {
-    uint32_t renderer = (uint32_t)letter->rank - server->first_rank;
+    uint32_t renderer = (uint32_t)letter->rank - rank_of(server, 0);
     if (letter->rank <= 0 || renderer >= server->renderers)
         fatal("a message came from rank %d, who is no renderer", letter->rank);
     server->served->messages++;
