@@ -3,8 +3,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "common/key.h"
 #include "common/message.h"
-#include "common/number.h"
 #include "common/vec.h"
 
 /* Most pairs of a light and a solid that are tested: a tenth of a second, at 5 to 10 ns each. */
@@ -76,9 +76,9 @@ void warn_of_enclosed_lights(const struct scene *scene, const char *config)
     bool one = enclosed == 1;
     char *which = one ? copy_text("a light is inside of an opaque solid,")
                       : format_text("%u lights are inside of opaque solids, one", enclosed);
-    char x[NUMBER_TEXT_SIZE], y[NUMBER_TEXT_SIZE], z[NUMBER_TEXT_SIZE];
-    user_warning(config, 0, "%s at %s %s %s: %s nothing outside", which,
-                 number_format(first->position.x, x), number_format(first->position.y, y),
-                 number_format(first->position.z, z), one ? "it lights" : "they light");
+    char *at = format_vector(first->position);
+    user_warning(config, 0, "%s at %s: %s nothing outside", which, at,
+                 one ? "it lights" : "they light");
+    free(at);
     free(which);
 }
