@@ -9,6 +9,7 @@
 #include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
+#include "test/renderer_fixture.h"
 
 /* ---- measuring ---- */
 

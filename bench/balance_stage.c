@@ -5,6 +5,7 @@
 
 #include "bench/scenes.h"
 #include "common/message.h"
+#include "test/renderer_fixture.h"
 
 void stage_open(struct stage *stage, const char *config, uint32_t width, uint32_t height,
                 const char *const settings[], size_t count)

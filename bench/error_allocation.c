@@ -7,7 +7,7 @@
 #include "bench/error_lattice.h"
 #include "common/clock.h"
 #include "common/message.h"
-#include "worker/render.h"
+#include "test/renderer_fixture.h"
 
 /*
  * How the gain is computed. Let n samples of pixel i cost c_i n and leave a squared error of v_i n^-p. The error

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
-#include "worker/render.h"
+#include "test/renderer_fixture.h"
 
 struct lattice lattice_create(const struct view *view, uint32_t pixels)
 {

@@ -16,7 +16,7 @@
 #include "bench/pictures.h"
 #include "common/clock.h"
 #include "common/message.h"
-#include "worker/render.h"
+#include "test/renderer_fixture.h"
 
 /* Depth and cutoff of the reference. */
 #define DEEP        60

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "worker/render.h"
+#include "test/renderer_fixture.h"
 
 const struct stability_case picture_cases[] = {
     {30, "whole scene x 2^k, |k| <= 60", "self", "pictures identical", .run = run_scaling},

@@ -8,8 +8,8 @@
 #include "bench/oracle.h"
 #include "bench/pictures.h"
 #include "common/message.h"
+#include "test/renderer_fixture.h"
 #include "worker/radiance.h"
-#include "worker/render.h"
 #include "worker/shade.h"
 
 /* One step along the path of a mirrored ray with the kernel's own functions; false: it left the scene. */

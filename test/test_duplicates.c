@@ -2,7 +2,6 @@
 #include "test/scene_fixture.h"
 
 #include "test/view_fixture.h"
-#include "worker/render.h"
 
 #define EDGE 24u
 

@@ -3,7 +3,6 @@
 
 #include "test/view_fixture.h"
 #include "worker/radiance.h"
-#include "worker/render.h"
 #include "worker/shade.h"
 
 #define EDGE 6u

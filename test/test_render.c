@@ -12,7 +12,6 @@
 #include "test/view_fixture.h"
 #include "worker/color_sum.h"
 #include "worker/medium.h"
-#include "worker/render.h"
 #include "worker/renderer.h"
 
 #define SIZE 24u

@@ -7,8 +7,8 @@
 
 #include "common/scene.h"
 #include "master/builder.h"
+#include "test/renderer_fixture.h"
 #include "worker/bvh.h"
-#include "worker/render.h"
 
 /* A view of edge x edge pixels. */
 static inline struct view small_view(uint32_t edge)

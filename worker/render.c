@@ -67,13 +67,6 @@ void renderer_begin(struct renderer *renderer, const struct bvh *bvh)
     begin_media(renderer);
 }
 
-struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh)
-{
-    struct renderer *renderer = renderer_prepare(scene);
-    renderer_begin(renderer, bvh);
-    return renderer;
-}
-
 void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer) return;

@@ -20,13 +20,9 @@
 /* The state of one rendering thread. The scene and the BVH are only read. */
 struct renderer;
 
-/* scene and bvh must outlive the renderer. The caller frees it with renderer_destroy(). */
-struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh);
-
-/* The same in two steps: the first, which takes longest, does not need the BVH. */
+/* It is made in two steps: the first, which takes longest, does not need the BVH. scene and bvh must outlive it. */
 struct renderer *renderer_prepare(const struct scene *scene);
 void renderer_begin(struct renderer *renderer, const struct bvh *bvh);
-
 void renderer_destroy(struct renderer *renderer);
 
 /* The scene that the renderer was created for. */
@@ -45,13 +41,5 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
  */
 bool renderer_task(struct renderer *renderer, const struct task *task,
                    struct render_counts *counts);
-
-/* Renders all pixels of a tile with min_samples each: 3 floats (linear RGB) per pixel in the tile's order. */
-static inline bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
-                                 struct render_counts *counts)
-{
-    struct task task = {.tile = tile, .to.mean = rgb};
-    return renderer_task(renderer, &task, counts);
-}
 
 #endif
