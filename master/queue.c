@@ -279,13 +279,6 @@ double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const str
     return pace_seconds(&queue->pace, renderer, work);
 }
 
-void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
-                      double seconds)
-{
-    if (!queue->is_dynamic || queue->items[id].finished) return;
-    dynamic_takes_long(queue, renderer, id, now, seconds);
-}
-
 void queue_served(struct queue *queue, double seconds, double pixels)
 {
     if (queue->is_dynamic) pace_served(&queue->pace, seconds, pixels);

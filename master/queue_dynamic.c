@@ -113,9 +113,10 @@ void dynamic_probed(struct queue *queue, double now)
  * processors is 2 % slower. With twice the part there is no difference. */
 #define LATE_PART 0.5
 
-void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
-                        double seconds)
+void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                      double seconds)
 {
+    if (!queue->is_dynamic || queue->items[id].finished) return;
     struct pace *pace = &queue->pace;
     const struct hold *hold = holdings_find(&queue->holdings, renderer, id);
     struct tile tile = queue_tile_of(queue, id);

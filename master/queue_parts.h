@@ -189,10 +189,6 @@ bool dynamic_check_late(struct queue *queue, double now);
 /* A probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
 
-/* queue_takes_long() for the dynamic schedule. */
-void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
-                        double seconds);
-
 /* ---- what tiles are predicted to take ---- */
 
 /* Predicts all tiles from the probes that are back, of which there must be one at least, and sorts what waits
