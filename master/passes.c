@@ -34,16 +34,9 @@
 #define FILL_PIXEL_S 12e-9
 #define PLAN_PIXEL_S 40e-9
 
-void guess_times(struct server *server)
-{
-    struct service *service = server->service;
-    double pixels = (double)canvas_pixels(service->canvas);
-    if (!(service->limit > 0) || !service->adaptive) return;
-    server->fill_s = FILL_PIXEL_S * pixels;
-    server->served->last_plan_s = PLAN_PIXEL_S * pixels;
-}
-
-void estimate_writing(struct server *server, bool rendered)
+/* Measures how long writing the image files takes, by trying; rendered: the picture as it is, otherwise any of its
+ * size. */
+static void estimate_writing(struct server *server, bool rendered)
 {
     struct service *service = server->service;
     double seconds = 0;
@@ -53,6 +46,16 @@ void estimate_writing(struct server *server, bool rendered)
             seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0,
                                      i == 0 ? thread_pool_size(service->pool) : 1);
     server->writing_s = seconds;
+}
+
+/* There is a limit only with adaptive sampling. */
+void foresee_end(struct server *server)
+{
+    double pixels = (double)canvas_pixels(server->service->canvas);
+    estimate_writing(server, false);
+    if (!(server->service->limit > 0)) return;
+    server->fill_s = FILL_PIXEL_S * pixels;
+    server->served->last_plan_s = PLAN_PIXEL_S * pixels;
 }
 
 double rendering_ends(const struct server *server)

@@ -280,8 +280,7 @@ static void start_server(struct server *server, struct service *service, struct 
         service->stats[i].rank = rank_of(server, i);
     for (uint32_t rank = 0; rank < rank_of(server, server->renderers); rank++)
         if (service->trays[rank]) server->flag_words = arrivals_words(rank + 1);
-    estimate_writing(server, false);
-    guess_times(server);
+    foresee_end(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
     server->start = server->finished_at = server->polled_at = server->woken_at = server->noted_at =

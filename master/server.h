@@ -193,13 +193,9 @@ bool is_deserted(const struct server *server);
  * estimate the error at the end, which takes about as long as a plan. HUGE_VAL: there is no deadline. */
 double rendering_ends(const struct server *server);
 
-/* Under a time limit: guesses how long planning a pass and filling the picture at the end take, before either
- * was done. */
-void guess_times(struct server *server);
-
-/* Measures how long writing the image files takes, by trying; rendered: the picture as it is, otherwise any of
- * its size. */
-void estimate_writing(struct server *server, bool rendered);
+/* Under a time limit, before anything is rendered: how long writing the image files takes is measured by trying, for
+ * planning a pass and filling the picture it is guessed. */
+void foresee_end(struct server *server);
 
 /* Puts the next pass into the queue when the current one is complete. */
 void follow_passes(struct server *server);

@@ -105,11 +105,11 @@ static void test_time_is_kept(void **state)
     struct farm *farm = farm_open(&small_tiles);
     struct service *service = &farm->service;
     service->images[0] = "picture.png";
-    estimate_writing(&farm->server, false);
+    foresee_end(&farm->server);
     assert_true(farm->server.writing_s == 0); /* there is no limit */
     service->limit = 10;
     service->deadline = 100;
-    estimate_writing(&farm->server, false);
+    foresee_end(&farm->server);
     assert_true(farm->server.writing_s > 0);
     farm->server.writing_s = 2;
     farm->served.last_plan_s = 0.5;
