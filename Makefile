@@ -115,7 +115,7 @@ endef
 # The kernel's files are compiled for each level of processor, whose flags follow the others. The objects of a level are
 # linked into one, of which only the kernel's table is visible. Tests of single functions are linked with the functions
 # of the portable level, which are plain functions without SIMD.
-KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/survey.c worker/work.c worker/receive.c \
+KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/work.c worker/receive.c \
     worker/send.c worker/node.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
 LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)

@@ -7,12 +7,12 @@
 
 #include "common/bell.h"
 #include "common/clock.h"
+#include "common/cpu_time.h"
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/orphan.h"
 #include "worker/collective.h"
 #include "worker/node_scene.h"
-#include "worker/survey.h"
 #include "worker/worker.h"
 
 /*
@@ -48,6 +48,34 @@ static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint
     for (uint32_t i = first; i < lot->count; i++)
         bytes += tile_bytes(worker, &lot->tiles[i]);
     return bytes;
+}
+
+static bool probe_pixel(struct renderer *renderer, uint32_t x, uint32_t y, float *rgb)
+{
+    struct render_counts counts;
+    struct tile pixel = {.x = x, .y = y, .w = 1, .h = 1, .step = 1};
+    struct task task = {.tile = &pixel, .survey = true, .to.mean = rgb};
+    return renderer_task(renderer, &task, &counts);
+}
+
+/*
+ * Traces the first sample of every pixel of a valid tile, each on its own, for predictions of what tiles cost
+ * (master/cost.h). Writes 3 floats (linear RGB) per pixel in the tile's order to rgb, and its CPU seconds to seconds,
+ * not wall seconds: other processes may share the core. Returns false if it was interrupted; both are then undefined.
+ */
+static bool survey(struct renderer *renderer, const struct tile *tile, float *rgb, float *seconds)
+{
+    uint32_t pixels = tile_pixels(tile);
+    struct cpu_time time = {0};
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint32_t x, y;
+        double ended;
+        tile_pixel(tile, k, &x, &y);
+        cpu_time_begin(&time);
+        if (!probe_pixel(renderer, x, y, rgb + 3 * (size_t)k)) return false;
+        seconds[k] = (float)cpu_time_end(&time, &ended);
+    }
+    return true;
 }
 
 bool work_on_tile(struct renderer *renderer, const struct tile *tile,
