@@ -20,63 +20,82 @@
 #include "master/terminal.h"
 
 /* A terminal whose other end is read by the test. */
-struct screen {
+static struct {
     int descriptor;
     FILE *out;
     char text[4096];
-};
+} screen;
 
-static void screen_resize(const struct screen *screen, unsigned short columns)
+static void screen_resize(unsigned short columns)
 {
     struct winsize size = {.ws_row = 24, .ws_col = columns};
-    assert_int_equal(ioctl(screen->descriptor, TIOCSWINSZ, &size), 0);
+    assert_int_equal(ioctl(screen.descriptor, TIOCSWINSZ, &size), 0);
 }
 
-static void screen_open(struct screen *screen, unsigned short columns)
+static void screen_open(unsigned short columns)
 {
-    screen->descriptor = posix_openpt(O_RDWR | O_NOCTTY);
-    if (screen->descriptor < 0 || grantpt(screen->descriptor) || unlockpt(screen->descriptor))
+    screen.descriptor = posix_openpt(O_RDWR | O_NOCTTY);
+    if (screen.descriptor < 0 || grantpt(screen.descriptor) || unlockpt(screen.descriptor))
         skip(); /* no pseudo-terminals here */
-    int other = open(ptsname(screen->descriptor), O_RDWR | O_NOCTTY);
+    int other = open(ptsname(screen.descriptor), O_RDWR | O_NOCTTY);
     assert_true(other >= 0);
     struct termios mode;
     assert_int_equal(tcgetattr(other, &mode), 0);
     cfmakeraw(&mode);
     assert_int_equal(tcsetattr(other, TCSANOW, &mode), 0);
-    screen->out = fdopen(other, "w");
-    assert_non_null(screen->out);
-    fcntl(screen->descriptor, F_SETFL, O_NONBLOCK);
+    screen.out = fdopen(other, "w");
+    assert_non_null(screen.out);
+    fcntl(screen.descriptor, F_SETFL, O_NONBLOCK);
     setenv("TERM", "xterm", 1);
-    screen_resize(screen, columns);
+    screen_resize(columns);
 }
 
-static void screen_close(struct screen *screen)
+static void screen_close(void)
 {
-    fclose(screen->out);
-    close(screen->descriptor);
+    fclose(screen.out);
+    close(screen.descriptor);
 }
 
 /* What has been written since the last call. As a terminal passes text on in parts, a byte is written after the text,
  * and everything up to this byte is read. */
-static const char *screen_read(struct screen *screen)
+static const char *screen_read(void)
 {
     static const char last = '\1';
-    struct pollfd ready = {.fd = screen->descriptor, .events = POLLIN};
+    struct pollfd ready = {.fd = screen.descriptor, .events = POLLIN};
     size_t length = 0;
-    assert_int_equal(write(fileno(screen->out), &last, 1), 1);
-    while (length == 0 || screen->text[length - 1] != last) {
+    assert_int_equal(write(fileno(screen.out), &last, 1), 1);
+    while (length == 0 || screen.text[length - 1] != last) {
         assert_int_equal(poll(&ready, 1, 10000), 1);
-        ssize_t bytes =
-            read(screen->descriptor, screen->text + length, sizeof screen->text - length);
+        ssize_t bytes = read(screen.descriptor, screen.text + length, sizeof screen.text - length);
         assert_true(bytes > 0);
         length += (size_t)bytes;
     }
-    screen->text[length - 1] = '\0';
-    return screen->text;
+    screen.text[length - 1] = '\0';
+    return screen.text;
 }
 
 static const struct progress_state half = {
     .share_done = 0.5, .tiles_done = 7, .tiles = 12, .rays = 25000000};
+
+static struct progress progress;
+
+static void begin(unsigned short columns, double now, double before)
+{
+    screen_open(columns);
+    progress_start(&progress, screen.out, now, before);
+}
+
+static void end(void)
+{
+    progress_end(&progress);
+    screen_close();
+}
+
+static void assert_shows(const struct progress_state *state, double now, const char *text)
+{
+    progress_update(&progress, state, now);
+    assert_non_null(strstr(screen_read(), text));
+}
 
 static void test_counts(void **state)
 {
@@ -140,48 +159,37 @@ static void test_spans(void **state)
 static void test_bar(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 100, 0);
+    begin(100, 100, 0);
     progress_update(&progress, &half, 110);
-    assert_string_equal(screen_read(&screen),
+    assert_string_equal(screen_read(),
                         "\r 50 % [####################--------------------]   0:10 left"
                         "   7/12 tiles    2.5M rays/s   0:10\033[K");
     progress_end(&progress);
-    assert_string_equal(screen_read(&screen), "\r\033[K");
-    screen_close(&screen);
+    assert_string_equal(screen_read(), "\r\033[K");
+    screen_close();
 }
 
 /* Only the tiles of the current pass are shown. */
 static void test_tiles_of_a_pass(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state later = half;
     later.tiles_before = 6;
     later.pass = 2;
-    screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 100, 0);
-    progress_update(&progress, &later, 110);
-    assert_non_null(strstr(screen_read(&screen), "  pass 2 1/6 tiles  "));
-    progress_end(&progress);
-    screen_close(&screen);
+    begin(100, 100, 0);
+    assert_shows(&later, 110, "  pass 2 1/6 tiles  ");
+    end();
 }
 
 /* At all widths the bar is one line, shorter than the window, with the percentage if there is room. */
 static void test_bar_fits(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     for (unsigned short columns = 1; columns < 300; columns++) {
-        screen_resize(&screen, columns); /* as while it is running */
+        screen_resize(columns); /* as while it is running */
         progress_update(&progress, &half, 10.0 * columns);
-        const char *text = screen_read(&screen), *end = strstr(text, "\033[K");
+        const char *text = screen_read(), *end = strstr(text, "\033[K");
         assert_int_equal(text[0], '\r');
         assert_non_null(end);
         assert_true(end - text - 1 < columns);
@@ -189,144 +197,111 @@ static void test_bar_fits(void **state)
         assert_int_equal(strstr(text, " [") != NULL, columns >= 19);
         assert_int_equal(strstr(text, "left") != NULL, columns >= 31);
     }
-    progress_end(&progress);
-    screen_close(&screen);
+    end();
 }
 
 static void test_bar_rate_of_redraws(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     unsigned redraws = 0;
     for (int ms = 0; ms <= 1000; ms += 2) {
         progress_update(&progress, &half, ms / 1000.0);
-        if (screen_read(&screen)[0]) redraws++;
+        if (screen_read()[0]) redraws++;
     }
     assert_in_range(redraws, 8, 10);
-    progress_end(&progress);
-    screen_close(&screen);
+    end();
 }
 
 /* Text that a message puts on the screen. */
-static const char *screen_warn(struct screen *screen)
+static const char *screen_warn(void)
 {
     int own = dup(STDERR_FILENO);
-    assert_true(own >= 0 && dup2(fileno(screen->out), STDERR_FILENO) >= 0);
+    assert_true(own >= 0 && dup2(fileno(screen.out), STDERR_FILENO) >= 0);
     user_warning(NULL, 0, "odd");
     assert_true(dup2(own, STDERR_FILENO) >= 0);
     close(own);
-    return screen_read(screen);
+    return screen_read();
 }
 
 /* A message gets a line of its own, and the bar is redrawn below it. */
 static void test_message_between(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
-    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
-    progress_update(&progress, &half, 1);
-    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
-    assert_string_equal(screen_warn(&screen), "\r\033[Kfarm: warning: odd\n");
-    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
-    progress_update(&progress, &half, 2);
-    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
+    begin(80, 0, 0);
+    assert_string_equal(screen_warn(), "farm: warning: odd\n");
+    assert_shows(&half, 1, " 50 % [#");
+    assert_string_equal(screen_warn(), "\r\033[Kfarm: warning: odd\n");
+    assert_string_equal(screen_warn(), "farm: warning: odd\n");
+    assert_shows(&half, 2, " 50 % [#");
     progress_end(&progress);
-    assert_string_equal(screen_read(&screen), "\r\033[K");
-    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
-    screen_close(&screen);
+    assert_string_equal(screen_read(), "\r\033[K");
+    assert_string_equal(screen_warn(), "farm: warning: odd\n");
+    screen_close();
 }
 
 static void test_nothing_to_clean(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     progress_update(&progress, &half, 0.05);
     progress_end(&progress);
-    assert_string_equal(screen_read(&screen), "");
-    screen_close(&screen);
+    assert_string_equal(screen_read(), "");
+    screen_close();
 }
 
 /* The time left is not shown after the first pixels alone, then changes without jumps. */
 static void test_time_left(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = {.tiles = 10};
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     now.share_done = 0.01;
-    progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), "-:-- left"));
+    assert_shows(&now, 1, "-:-- left");
     now.share_done = 0.5;
-    progress_update(&progress, &now, 10);
-    assert_non_null(strstr(screen_read(&screen), "0:10 left"));
+    assert_shows(&now, 10, "0:10 left");
     now.share_done = 0.9; /* a cheap part: by the plain rate it is 0:01 now */
-    progress_update(&progress, &now, 10.2);
-    assert_non_null(strstr(screen_read(&screen), "0:09 left"));
-    progress_update(&progress, &now, 40);
-    assert_non_null(strstr(screen_read(&screen), "0:04 left"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 10.2, "0:09 left");
+    assert_shows(&now, 40, "0:04 left");
+    end();
 }
 
 /* A run of 1.6 s that begins with the expensive tiles, so that at first 5 s seem to be left. */
 static void test_time_left_of_a_short_run(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = {.tiles = 10};
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     now.share_done = 0.02;
-    progress_update(&progress, &now, 0.1);
-    assert_non_null(strstr(screen_read(&screen), "0:05 left"));
+    assert_shows(&now, 0.1, "0:05 left");
     for (int tenths = 2; tenths <= 15; tenths++) {
         now.share_done = 0.02 + 0.98 * (tenths - 1) / 15;
         progress_update(&progress, &now, 0.101 * tenths); /* time to draw */
-        const char *text = screen_read(&screen);
+        const char *text = screen_read();
         if (tenths >= 12) assert_true(strstr(text, "0:00 left") || strstr(text, "0:01 left"));
     }
-    progress_end(&progress);
-    screen_close(&screen);
+    end();
 }
 
 /* What an earlier run has finished does not count in this run's speed. */
 static void test_time_left_resumed(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = {.share_done = 0.9, .share_before = 0.9, .tiles = 10};
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
-    progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), "-:-- left"));
+    begin(80, 0, 0);
+    assert_shows(&now, 1, "-:-- left");
     now.share_done = 0.95;
-    progress_update(&progress, &now, 30);
-    assert_non_null(strstr(screen_read(&screen), "0:30 left"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 30, "0:30 left");
+    end();
 }
 
 /* What is shown of a single state, a second after the start. */
-static const char *shown(struct screen *screen, struct progress_state now)
+static const char *shown(struct progress_state now)
 {
-    struct progress progress;
     now.tiles = 10;
-    progress_start(&progress, screen->out, 0, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
-    const char *text = screen_read(screen);
+    const char *text = screen_read();
     progress_end(&progress);
     return text;
 }
@@ -335,130 +310,101 @@ static const char *shown(struct screen *screen, struct progress_state now)
 static void test_beyond_the_end(void **state)
 {
     (void)state;
-    static struct screen screen;
-    screen_open(&screen, 80);
-    assert_non_null(
-        strstr(shown(&screen, (struct progress_state){.share_done = 1.5}), "\r100 % [#"));
+    screen_open(80);
+    assert_non_null(strstr(shown((struct progress_state){.share_done = 1.5}), "\r100 % [#"));
     struct progress_state late = {.limit = 0.5, .ends = 0.5, .only_limit = true};
-    assert_non_null(strstr(shown(&screen, late), "\r100 % [#"));
-    assert_non_null(strstr(shown(&screen, late), " 0:00 left"));
+    assert_non_null(strstr(shown(late), "\r100 % [#"));
+    assert_non_null(strstr(shown(late), " 0:00 left"));
     late.ends = 2; /* of a limit that has been extended */
-    assert_non_null(strstr(shown(&screen, late), "\r  0 % [-"));
+    assert_non_null(strstr(shown(late), "\r  0 % [-"));
     /* A pass that begins when all is done */
     assert_non_null(
-        strstr(shown(&screen, (struct progress_state){.share_done = 1, .pass = 2}), "\r100 % [#"));
-    screen_close(&screen);
+        strstr(shown((struct progress_state){.share_done = 1, .pass = 2}), "\r100 % [#"));
+    screen_close();
 }
 
 /* A limit tells the time left before anything else does. */
 static void test_limit_is_known_at_once(void **state)
 {
     (void)state;
-    static struct screen screen;
-    screen_open(&screen, 80);
-    const char *text = shown(&screen, (struct progress_state){.limit = 20, .ends = 20});
+    screen_open(80);
+    const char *text = shown((struct progress_state){.limit = 20, .ends = 20});
     assert_non_null(strstr(text, " 0:19 left"));
-    screen_close(&screen);
+    screen_close();
 }
 
 /* If the estimate of the total work grows, the share shown does not decrease, except for the next pass. */
 static void test_never_backwards(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = half;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
-    progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
+    begin(80, 0, 0);
+    assert_shows(&now, 1, " 50 % [#");
     now.share_done = 0.4;
-    progress_update(&progress, &now, 2);
-    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
+    assert_shows(&now, 2, " 50 % [#");
     now.pass = 1;
-    progress_update(&progress, &now, 3);
-    assert_non_null(strstr(screen_read(&screen), " 40 % [#"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 3, " 40 % [#");
+    end();
 }
 
 /* Work of earlier passes is not part of the current pass, but counts in the speed. */
 static void test_share_of_a_pass(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = half;
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(80, 0, 0);
     now.pass = 1;
-    progress_update(&progress, &now, 10);
-    assert_non_null(strstr(screen_read(&screen), " 50 % [#"));
+    assert_shows(&now, 10, " 50 % [#");
     now.pass = 2, now.share_done = 0.8; /* of more than before */
     progress_update(&progress, &now, 10.01);
-    assert_string_equal(screen_read(&screen), "");
-    progress_update(&progress, &now, 20);
-    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
+    assert_string_equal(screen_read(), "");
+    assert_shows(&now, 20, "  0 % [-");
     now.share_done = 0.75;
-    progress_update(&progress, &now, 21);
-    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
+    assert_shows(&now, 21, "  0 % [-");
     now.share_done = 0.9;
     progress_update(&progress, &now, 40);
-    const char *line = screen_read(&screen);
+    const char *line = screen_read();
     assert_non_null(strstr(line, " 50 % [#"));
     assert_non_null(strstr(line, "0:04 left  pass 2"));
     now.share_done = 1;
-    progress_update(&progress, &now, 41);
-    assert_non_null(strstr(screen_read(&screen), "100 % [#"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 41, "100 % [#");
+    end();
 }
 
 /* A time limit bounds the time left. If nothing else ends the run, it also determines the share shown. */
 static void test_limit(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = half;
     now.pass = 3, now.limit = 10, now.ends = 9;
-    screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 0, 0);
+    begin(100, 0, 0);
     now.share_done = 0;
     progress_update(&progress, &now, 0);
     now.share_done = half.share_done;
     progress_update(&progress, &now, 6);
-    const char *line = screen_read(&screen);
+    const char *line = screen_read();
     assert_non_null(strstr(line, " 50 % [#"));
     assert_non_null(strstr(line, "0:03 left  pass 3  7/12 tiles"));
     now.only_limit = true;
     progress_update(&progress, &now, 7);
-    line = screen_read(&screen);
+    line = screen_read();
     assert_non_null(strstr(line, " 80 % [#"));
     assert_non_null(strstr(line, "0:02 left"));
     now.pass = 4, now.share_done = 1;
-    progress_update(&progress, &now, 8);
-    assert_non_null(strstr(screen_read(&screen), " 90 % [#"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 8, " 90 % [#");
+    end();
 }
 
 static void test_strange_states(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
     struct progress_state now = {0};
-    screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0, 0);
-    progress_update(&progress, &now, 1);
-    assert_non_null(strstr(screen_read(&screen), "  0 % [-"));
+    begin(80, 0, 0);
+    assert_shows(&now, 1, "  0 % [-");
     now = (struct progress_state){10,       20,         UINT32_MAX, UINT32_MAX, 0,
                                   UINT_MAX, UINT64_MAX, -1,         HUGE_VAL,   true};
-    progress_update(&progress, &now, 2);
-    assert_non_null(strstr(screen_read(&screen), "100 % [#"));
-    progress_end(&progress);
-    screen_close(&screen);
+    assert_shows(&now, 2, "100 % [#");
+    end();
 }
 
 static void test_lines(void **state)
@@ -466,7 +412,6 @@ static void test_lines(void **state)
     (void)state;
     FILE *out = tmpfile();
     assert_non_null(out);
-    struct progress progress;
     progress_start(&progress, out, 0, 0);
     for (int tenth = 0; tenth <= 110; tenth++)
         progress_update(&progress, &half, tenth / 10.0);
@@ -493,10 +438,8 @@ static void test_lines(void **state)
 static void test_elapsed_before(void **state)
 {
     (void)state;
-    static struct screen screen;
     FILE *out = tmpfile();
     assert_non_null(out);
-    struct progress progress;
     progress_start(&progress, out, 0, 12);
     progress_update(&progress, &half, 5);
     progress_end(&progress);
@@ -505,32 +448,26 @@ static void test_elapsed_before(void **state)
     assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
     assert_string_equal(lines, "farm: 50 %, 7 of 12 tiles, 5.0M rays/s, 0:17 elapsed, 0:05 left\n");
     fclose(out);
-    screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 0, 12);
-    progress_update(&progress, &half, 5);
-    assert_non_null(strstr(screen_read(&screen), "5.0M rays/s   0:17"));
-    progress_end(&progress);
-    screen_close(&screen);
+    begin(100, 0, 12);
+    assert_shows(&half, 5, "5.0M rays/s   0:17");
+    end();
 }
 
 static void test_dumb_terminal(void **state)
 {
     (void)state;
-    static struct screen screen;
-    struct progress progress;
-    screen_open(&screen, 33);
+    screen_open(33);
     setenv("TERM", "dumb", 1);
     assert_int_equal(terminal_columns(screen.out), 33);
     progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &half, 1);
-    assert_string_equal(screen_read(&screen), "");
+    assert_string_equal(screen_read(), "");
     progress_update(&progress, &half, 6);
-    const char *text = screen_read(&screen);
+    const char *text = screen_read();
     assert_null(strchr(text, '\033'));
     assert_null(strchr(text, '\r'));
     assert_non_null(strchr(text, '\n'));
-    progress_end(&progress);
-    screen_close(&screen);
+    end();
 }
 
 /* A pipe that was not made by a launcher. */
