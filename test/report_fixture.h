@@ -8,6 +8,8 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -91,6 +93,29 @@ static inline char *table_text(const struct report *report, int columns)
     report_table(out, report, columns);
     fclose(out);
     return text;
+}
+
+/* In a terminal with so many columns. */
+static inline void assert_table_has(const struct report *report, int columns, const char *expected)
+{
+    char *text = table_text(report, columns);
+    assert_has(text, expected);
+    free(text);
+}
+
+static inline void assert_table_lacks(const struct report *report, int columns,
+                                      const char *unexpected)
+{
+    char *text = table_text(report, columns);
+    assert_null(strstr(text, unexpected));
+    free(text);
+}
+
+static inline void assert_json_has(const struct report *report, const char *expected)
+{
+    char *text = report_json(report);
+    assert_has(text, expected);
+    free(text);
 }
 
 static inline void assert_fits(const char *text, size_t columns)

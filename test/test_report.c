@@ -68,9 +68,7 @@ static void test_json(void **state)
     assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  }\n}\n");
     free(text);
     report.triangles = 0;
-    text = report_json(&report);
-    assert_has(text, "\"bytes_per_triangle\": null,\n");
-    free(text);
+    assert_json_has(&report, "\"bytes_per_triangle\": null,\n");
 }
 
 /* Statistics of rank i, in which all numbers are different. */
@@ -178,13 +176,12 @@ static void test_bad_samples(void **state)
     render_counts_bad(&renderers[2].counts, &early);
     render_counts_bad(&renderers[2].counts, &late);
     report.picture = report_counts(&report);
-    char *text = report_json(&report);
-    assert_has(text,
-               "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
-               "\"depth\": 4, \"ray\": {\"origin\": [null, 0.5, 1], "
-               "\"direction\": [0, 0, -1]}},\n");
-    free(text);
-    text = report_bad_samples(&report);
+    assert_json_has(
+        &report,
+        "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
+        "\"depth\": 4, \"ray\": {\"origin\": [null, 0.5, 1], "
+        "\"direction\": [0, 0, -1]}},\n");
+    char *text = report_bad_samples(&report);
     assert_has(text, "3 samples are not finite, or too bright for floats; the first is sample 3 of "
                      "pixel 6 2, rank 2, ");
     free(text);
@@ -204,10 +201,8 @@ static void test_twice(void **state)
     render_counts_add(&report.picture, &tile);
     assert_int_equal(report_picture_counts(&report).nonfinite, 1);
     assert_int_equal(report_counts(&report).nonfinite, 2);
-    char *text = report_json(&report);
-    assert_has(text, "\"nonfinite\": 1,\n");
-    assert_has(text, "\"primary\": 2000032,\n");
-    free(text);
+    assert_json_has(&report, "\"nonfinite\": 1,\n");
+    assert_json_has(&report, "\"primary\": 2000032,\n");
 }
 
 /* What an earlier run has counted belongs to the picture, not to this run's work. */
@@ -230,14 +225,13 @@ static void test_resumed(void **state)
     assert_int_equal(report_picture_counts(&report).rays[RAY_PRIMARY],
                      report_counts(&report).rays[RAY_PRIMARY] + 1);
     assert_int_equal(report_picture_counts(&report).nonfinite, 2);
-    char *text = report_json(&report);
-    assert_has(text, "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
-    assert_has(text, "\"truncation\": 2,\n");
-    assert_has(text,
-               "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
-               "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");
-    free(text);
-    text = report_bad_samples(&report);
+    assert_json_has(&report,
+                    "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
+    assert_json_has(&report, "\"truncation\": 2,\n");
+    assert_json_has(
+        &report, "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
+                 "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");
+    char *text = report_bad_samples(&report);
     assert_has(text, "2 samples are not finite, or too bright for floats; the first is sample 0 of "
                      "pixel 3 1, an earlier run");
     free(text);

@@ -14,158 +14,123 @@
 /* The last row of a run's error log. */
 static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
 
-/* The report of a run with two renderers whose error log has that row alone; both are kept in the caller's
- * variables. */
-static struct report report_of_row(struct renderer_stats *renderers, struct error_row *row,
-                                   struct error_log *log)
-{
-    struct report report = sample_report(renderers, 2);
-    *row = last_row;
-    *log = (struct error_log){row, 1};
-    report.errors = log;
-    return report;
-}
+/* The report of a run with two renderers whose error log has that row alone. */
+static struct renderer_stats renderers[2];
+static struct error_row row;
+static struct error_log errors;
+static struct report report;
 
-/* In a terminal of 80 columns. */
-static void assert_table_has(const struct report *report, const char *expected)
+static void begin(void)
 {
-    char *text = table_text(report, 80);
-    assert_has(text, expected);
-    free(text);
+    report = sample_report(renderers, 2);
+    row = last_row;
+    errors = (struct error_log){&row, 1};
+    report.errors = &errors;
 }
 
 /* A lower error is beyond max_samples. */
 static void test_table_beyond(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast =
         (struct error_forecast){.rmse = 0.000098, .goal = 0.000049123, .beyond = true};
     report.max_samples = 64;
     report.ended = ENDED_BY_TARGET;
     report.target = 0.0001;
-    char *text = table_text(&report, 80);
-    assert_null(strstr(text, "not known"));
-    assert_has(text, "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64\n"
+    assert_table_lacks(&report, 80, "not known");
+    assert_table_has(&report, 80,
+                     "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error = 0.0001 is met\n");
-    free(text);
     report.forecast.max_samples = 256;
-    assert_table_has(&report,
+    assert_table_has(&report, 80,
                      "\nan RMSE of 0.000049 is beyond sampling.max_samples = 64, 256 would "
                      "be enough\n");
-    text = report_json(&report);
-    assert_has(text, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
-    assert_has(text, "\"forecast\": null");
-    free(text);
+    assert_json_has(&report, "\"beyond_rmse\": 4.9123e-05,\n    \"enough_samples\": 256\n");
+    assert_json_has(&report, "\"forecast\": null");
     report.forecast.goal = report.target = 0.000012345;
-    assert_table_has(&report, "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
+    assert_table_has(&report, 80,
+                     "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
 }
 
 /* Nothing is known of what a lower error would take; and what has ended the run. */
 static void test_table_ended(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast = (struct error_forecast){.known = false};
     report.ended = ENDED_BY_TARGET;
     report.target = 0.0001;
-    assert_table_has(&report, "\nwhat a smaller error would take is not known\n"
-                              "sampling.target_error = 0.0001 is met\n");
+    assert_table_has(&report, 80,
+                     "\nwhat a smaller error would take is not known\n"
+                     "sampling.target_error = 0.0001 is met\n");
     report.ended = ENDED_BY_TIME;
-    assert_table_has(&report, "\nstopped by sampling.time_limit, "
-                              "sampling.target_error = 0.0001 is not met\n");
+    assert_table_has(&report, 80,
+                     "\nstopped by sampling.time_limit, "
+                     "sampling.target_error = 0.0001 is not met\n");
     report.target = 0.00005;
-    assert_table_has(&report, "sampling.target_error = 0.00005 is not met\n");
+    assert_table_has(&report, 80, "sampling.target_error = 0.00005 is not met\n");
     report.target = 0;
-    assert_table_has(&report, "\nstopped by sampling.time_limit\n");
+    assert_table_has(&report, 80, "\nstopped by sampling.time_limit\n");
     report.ended = ENDED_WITHOUT_ERROR;
-    assert_table_has(&report, "\nstopped as samples show no error\n");
+    assert_table_has(&report, 80, "\nstopped as samples show no error\n");
 }
 
 /* The samples per pixel of an adaptive run, and what is missing of its last pass. */
 static void test_table_cut_off(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.ended = ENDED_BY_TIME;
-    char *text = table_text(&report, 80);
-    assert_null(strstr(text, "samples per pixel")); /* sampling was uniform */
-    free(text);
+    assert_table_lacks(&report, 80, "samples per pixel"); /* sampling was uniform */
     report.passes = 3;
     report.missing_share = 0.4;
-    assert_table_has(&report, "\n16.0 samples per pixel\n"
-                              "stopped by sampling.time_limit, pass 3 was cut off:\n"
-                              "  40.0 % of its pixels got none of its samples\n");
+    assert_table_has(&report, 80,
+                     "\n16.0 samples per pixel\n"
+                     "stopped by sampling.time_limit, pass 3 was cut off:\n"
+                     "  40.0 % of its pixels got none of its samples\n");
     report.missing_share = 0.0001; /* never shown as 0 */
-    text = table_text(&report, 130);
-    assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels got none of its samples\n");
-    free(text);
+    assert_table_has(&report, 130,
+                     ", pass 3 was cut off: 0.1 % of its pixels got none of its samples\n");
     report.missing_share = 1;
-    assert_table_has(&report, ", pass 3 was planned, but nothing of it was done\n");
+    assert_table_has(&report, 80, ", pass 3 was planned, but nothing of it was done\n");
     report.unsampled = 1;
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "pass 3"));
-    free(text);
+    assert_table_lacks(&report, 80, "pass 3");
 }
 
 /* A slope too steep for any sampling is not shown in the table, but is in the JSON. */
 static void test_table_steep_forecast(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06, 0};
-    char *text = table_text(&report, 80), *json = report_json(&report);
-    assert_has(text, "\nan RMSE of 0.00004 would take about 2.41 s (2.40 to 2.47)\n");
-    assert_has(json, "\"slope\": -351.1,");
-    free(text);
-    free(json);
+    assert_table_has(&report, 80, "\nan RMSE of 0.00004 would take about 2.41 s (2.40 to 2.47)\n");
+    assert_json_has(&report, "\"slope\": -351.1,");
     report.forecast.slope = 2.1;
-    text = table_text(&report, 80);
-    assert_has(text, ", slope -2.10 +- ");
-    free(text);
+    assert_table_has(&report, 80, ", slope -2.10 +- ");
 }
 
 /* Where the error may as well not go down, the interval of a forecast has no upper end, and says so in words. */
 static void test_table_forecast_without_an_end(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 0.5, 0.6, 64, 0.06, 0};
-    char *text = table_text(&report, 80), *json = report_json(&report);
-    assert_has(text,
-               "\nan RMSE of 0.00004 would take about 12.4 s (4.92 or more), with 64 samples\n");
-    assert_has(json, "\"render_high_s\": null");
-    free(text);
-    free(json);
+    assert_table_has(
+        &report, 80,
+        "\nan RMSE of 0.00004 would take about 12.4 s (4.92 or more), with 64 samples\n");
+    assert_json_has(&report, "\"render_high_s\": null");
 }
 
 /* The sampling error, and what a lower one would take. */
 static void test_table_error(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0, 0};
-    assert_table_has(&report,
+    assert_table_has(&report, 80,
                      "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                      "an RMSE of 0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
                      "  slope -0.50 +- 0.00\n");
@@ -177,135 +142,114 @@ static void test_table_error(void **state)
     free(text);
     report.forecast.seconds = 50;
     assert_table_has(
-        &report, "an RMSE of 0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
+        &report, 80,
+        "an RMSE of 0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
     row.elapsed_s = 0.0374;
-    assert_table_has(&report, " after 0.037 s\n");
+    assert_table_has(&report, 80, " after 0.037 s\n");
     row.elapsed_s = 0.201;
-    assert_table_has(&report, " after 0.20 s\n");
+    assert_table_has(&report, 80, " after 0.20 s\n");
 }
 
 /* An interval does not read like a single figure. */
 static void test_table_narrow_interval(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     row.estimate = (struct error_estimate){0.001121, 0.001109, 0.001134};
-    assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
     row.estimate = (struct error_estimate){0.00112, 0.00104, 0.00116};
-    assert_table_has(&report, "\nsampling error: RMSE 0.0011 (0.0010 to 0.0012) after");
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.0011 (0.0010 to 0.0012) after");
     row.estimate = (struct error_estimate){0.002997, 0.0025, 0.0031};
-    assert_table_has(&report, "\nsampling error: RMSE 0.0030 (0.0025 to 0.0031) after");
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.0030 (0.0025 to 0.0031) after");
     row.estimate = (struct error_estimate){0.002997, 0.00289, 0.00301};
-    assert_table_has(&report, "\nsampling error: RMSE 0.00300 (0.00289 to 0.00301) after");
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.00300 (0.00289 to 0.00301) after");
     row.estimate = (struct error_estimate){0.00112, 0.00107, 0.00116};
-    assert_table_has(&report, "\nsampling error: RMSE 0.00112 (0.00107 to 0.00116) after");
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.00112 (0.00107 to 0.00116) after");
 }
 
 /* What is said of the error is not said of samples that are not finite. */
 static void test_table_not_finite(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.target = 0.001;
     report.ended = ENDED_BY_TARGET;
-    assert_table_has(&report, "(0.000087 to 0.00011) after 2.4 s\n");
-    assert_table_has(&report, "\nsampling.target_error = 0.001 is met\n");
+    assert_table_has(&report, 80, "(0.000087 to 0.00011) after 2.4 s\n");
+    assert_table_has(&report, 80, "\nsampling.target_error = 0.001 is met\n");
     report.picture.nonfinite = 1;
-    assert_table_has(&report, "(0.000087 to 0.00011) of what is finite,");
-    assert_table_has(&report, "\nsampling.target_error = 0.001 is met by what is finite\n");
+    assert_table_has(&report, 80, "(0.000087 to 0.00011) of what is finite,");
+    assert_table_has(&report, 80, "\nsampling.target_error = 0.001 is met by what is finite\n");
 }
 
 /* Seconds of an earlier run count like those of this one. */
 static void test_table_error_of_two_runs(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0, 0};
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.resumed.cpu_s = 20;
     assert_table_has(
-        &report,
+        &report, 80,
         " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, divided by 2 cores)\n"
         "  RMSE 0.000090 against the reference\nan RMSE of 0.00002 would take about 289 s (");
     row.true_rmse = 0.2;
-    assert_table_has(&report, "\n  RMSE 0.20 against the reference (is it of this view?)\n");
+    assert_table_has(&report, 80, "\n  RMSE 0.20 against the reference (is it of this view?)\n");
 }
 
 /* Where only a part of the pixels has samples. */
 static void test_table_error_of_a_part(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct error_row row;
-    struct error_log log;
-    struct report report = report_of_row(renderers, &row, &log);
+    begin();
     row.sampled_share = 0.00095;
-    assert_table_has(&report, " of the 0.095 % of the pixels\n"
-                              "  that have samples, after 2.4 s\n");
+    assert_table_has(&report, 80,
+                     " of the 0.095 % of the pixels\n"
+                     "  that have samples, after 2.4 s\n");
     row.sampled_share = 0.0456;
-    char *text = table_text(&report, 80);
-    assert_has(text, "of the 4.5 % of the pixels\n  that have samples, after");
-    assert_null(strstr(text, "guessed"));
-    free(text);
+    assert_table_has(&report, 80, "of the 4.5 % of the pixels\n  that have samples, after");
+    assert_table_lacks(&report, 80, "guessed");
     report.unsampled = 9544;
-    assert_table_has(&report,
+    assert_table_has(&report, 80,
                      "that have samples, after 2.4 s, the error of the guessed ones is not known");
     report.guessed_rmse = 0.01;
     row.sampled_share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
     /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
-    assert_table_has(&report, "about 0.0081 of the whole picture, 0.010 of what is guessed");
-    char *json = report_json(&report);
-    assert_has(json, "\"guessed_rmse\": 0.01\n");
-    free(json);
+    assert_table_has(&report, 80, "about 0.0081 of the whole picture, 0.010 of what is guessed");
+    assert_json_has(&report, "\"guessed_rmse\": 0.01\n");
     /* The true error is known also where no row knows it, as pixels are without samples. */
     row.true_rmse = (double)NAN;
     report.has_reference = true;
     report.truth.rmse = 0.0123;
-    assert_table_has(&report, ", 0.010 of what is guessed\n"
-                              "  RMSE 0.012 of the whole picture against the reference\n");
+    assert_table_has(&report, 80,
+                     ", 0.010 of what is guessed\n"
+                     "  RMSE 0.012 of the whole picture against the reference\n");
     row.true_rmse = 0.2;
     report.has_reference = false;
     report.guessed_rmse = (double)NAN;
     report.unsampled = 0;
     row.sampled_share = 0.9996;
-    assert_table_has(&report, "of the 99.9 % of the pixels");
+    assert_table_has(&report, 80, "of the 99.9 % of the pixels");
     row.elapsed_s = 0.0374;
-    assert_table_has(&report, " after 0.037 s,");
+    assert_table_has(&report, 80, " after 0.037 s,");
 }
 
 /* Without an estimate: the error against a reference, or that it is unknown with one sample a pixel. */
 static void test_table_truth(void **state)
 {
     (void)state;
-    struct renderer_stats renderers[2];
-    struct report report = sample_report(renderers, 2);
-    struct error_log log = {0};
-    report.errors = &log;
+    begin();
+    errors = (struct error_log){0};
     report.has_reference = true;
     report.truth.rmse = 0.0231;
-    char *text = table_text(&report, 80);
-    assert_has(text, "\nsampling error: RMSE 0.023 against the reference\n");
-    free(text);
+    assert_table_has(&report, 80, "\nsampling error: RMSE 0.023 against the reference\n");
     report.has_reference = false;
     report.max_samples = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "\nsampling error: unknown with one sample per pixel\n");
-    free(text);
+    assert_table_has(&report, 80, "\nsampling error: unknown with one sample per pixel\n");
     report.max_samples = 2; /* of which no pixel has come in */
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "sampling error"));
-    free(text);
+    assert_table_lacks(&report, 80, "sampling error");
 }
 
 int main(void)

@@ -48,9 +48,7 @@ static void test_table(void **state)
     free(text);
     for (int i = 0; i < 4; i++)
         renderers[i].counts = (struct render_counts){.rays = {i == 0}};
-    text = table_text(&report, 80);
-    assert_has(text, "\n1 ray, ");
-    free(text);
+    assert_table_has(&report, 80, "\n1 ray, ");
 }
 
 /* All renderers wait while a pass is planned. Planning has no more time than renderers have waited. */
@@ -59,19 +57,15 @@ static void test_table_planning(void **state)
     (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
-    char *text = table_text(&report, 80);
-    assert_null(strstr(text, "planning"));
-    free(text);
+    assert_table_lacks(&report, 80, "planning");
     report.plan_s = 0.3;
-    text = table_text(&report, 80);
-    assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
+    assert_table_has(&report, 80,
+                     "  planning passes     0.300 s    7.5 %  ##\n"
                      "  waiting             0.200 s    5.0 %  #\n");
-    free(text);
     report.plan_s = 9;
-    text = table_text(&report, 80);
-    assert_has(text, "  planning passes     0.500 s   12.5 %  ###\n"
+    assert_table_has(&report, 80,
+                     "  planning passes     0.500 s   12.5 %  ###\n"
                      "  waiting             0.000 s    0.0 %\n");
-    free(text);
 }
 
 /* What has a row of its own is not counted under `other`, too. */
@@ -87,16 +81,12 @@ static void test_table_other(void **state)
     free(text);
     report.resumed.records = 1;
     report.time.resume = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "  reading journal     1.000 s   12.5 %  ###\n");
-    assert_has(text, "  other               2.000 s   25.0 %  ######\n");
-    assert_null(strstr(text, "picture memory"));
-    free(text);
+    assert_table_has(&report, 80, "  reading journal     1.000 s   12.5 %  ###\n");
+    assert_table_has(&report, 80, "  other               2.000 s   25.0 %  ######\n");
+    assert_table_lacks(&report, 80, "picture memory");
     report.time.room = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "  picture memory      1.000 s   12.5 %  ###\n");
-    assert_has(text, "  other               1.000 s   12.5 %  ###\n");
-    free(text);
+    assert_table_has(&report, 80, "  picture memory      1.000 s   12.5 %  ###\n");
+    assert_table_has(&report, 80, "  other               1.000 s   12.5 %  ###\n");
 }
 
 /* A journal from which nothing is read takes its time, too. */
@@ -107,14 +97,10 @@ static void test_table_opening_journal(void **state)
     struct report report = uneven_report(renderers);
     report.time.total = 8;
     report.time.resume = 1;
-    char *text = table_text(&report, 80);
-    assert_has(text, "  opening journal     1.000 s   12.5 %  ###\n");
-    assert_has(text, "  other               2.000 s   25.0 %  ######\n");
-    free(text);
+    assert_table_has(&report, 80, "  opening journal     1.000 s   12.5 %  ###\n");
+    assert_table_has(&report, 80, "  other               2.000 s   25.0 %  ######\n");
     report.time.resume = 0.07;
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "journal"));
-    free(text);
+    assert_table_lacks(&report, 80, "journal");
 }
 
 static void test_table_cpu_imbalance(void **state)
@@ -160,17 +146,16 @@ static void test_table_parts(void **state)
         renderers[i].wait_s = 0.5;
     }
     report.time.probe = 0.25;
-    char *text = table_text(&report, 80);
-    assert_has(text, "renderers\n  pre-pass            0.250 s    6.2 %  ##\n"
+    assert_table_has(&report, 80,
+                     "renderers\n  pre-pass            0.250 s    6.2 %  ##\n"
                      "  intersection        2.000 s   50.0 %");
-    assert_has(text,
-               "  sending, other      0.250 s    6.2 %  ##\n"); /* 0.125 s in tiles given up */
-    assert_null(strstr(text, "without a core"));
-    free(text);
+    /* 0.125 s in tiles given up */
+    assert_table_has(&report, 80, "  sending, other      0.250 s    6.2 %  ##\n");
+    assert_table_lacks(&report, 80, "without a core");
     /* 0.65 of 3.25 s of tiles, and of 3.375 s that were busy. */
     renderers[0].cpu_s = 1;
     renderers[1].cpu_s = 0.3;
-    text = table_text(&report, 80);
+    char *text = table_text(&report, 80);
     assert_has(text, "  pre-pass            0.050 s    1.2 %\n"
                      "  intersection        0.400 s   10.0 %  ##\n"
                      "  shading             0.200 s    5.0 %  #\n"
@@ -187,9 +172,7 @@ static void test_table_parts(void **state)
     assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
     free(text);
     report.time.probe = 0;
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "pre-pass"));
-    free(text);
+    assert_table_lacks(&report, 80, "pre-pass");
 }
 
 /* More renderers than cores are no faster than the cores. With a single renderer no imbalance is shown. */
@@ -198,31 +181,24 @@ static void test_table_cores(void **state)
     (void)state;
     struct renderer_stats renderers[8];
     struct report report = sample_report(renderers, 8);
-    char *text = table_text(&report, 80);
-    assert_null(strstr(text, " core"));
-    free(text);
+    assert_table_lacks(&report, 80, " core");
     report.cores = report.processors = 2;
     for (int i = 0; i < 8; i++)
         renderers[i].cpu_s = 0.75;
-    text = table_text(&report, 80);
+    char *text = table_text(&report, 80);
     assert_has(
         text, "\n8 renderers on 2 cores: at most 2 times as fast as one\n"
               "CPU time is 25 % of busy time, as cores were shared, imbalance of CPU time 1.000\n");
     free(text);
     report.cores = 9;
     report.processors = 5;
-    text = table_text(&report, 80);
-    assert_has(text, "\n8 renderers, 5 on a core at a time: at most 5 times as fast as one\n");
-    free(text);
+    assert_table_has(&report, 80,
+                     "\n8 renderers, 5 on a core at a time: at most 5 times as fast as one\n");
     report.cores = report.processors = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "\n8 renderers on 1 core: no faster than one\n");
-    free(text);
+    assert_table_has(&report, 80, "\n8 renderers on 1 core: no faster than one\n");
     report.renderer_count = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "\nCPU time is 25 % of busy time, as cores were shared\n");
-    assert_null(strstr(text, "1 renderers"));
-    free(text);
+    assert_table_has(&report, 80, "\nCPU time is 25 % of busy time, as cores were shared\n");
+    assert_table_lacks(&report, 80, "1 renderers");
 }
 
 /* If an earlier run has finished the whole picture, there is nothing to say of the renderers. */
@@ -242,9 +218,7 @@ static void test_table_nothing_rendered(void **state)
     assert_null(strstr(text, " rays"));
     free(text);
     renderers[1].counts.rays[RAY_PRIMARY] = 1;
-    text = table_text(&report, 80);
-    assert_has(text, "efficiency");
-    free(text);
+    assert_table_has(&report, 80, "efficiency");
 }
 
 /* In a narrow terminal the column of pixels is the first to be left out: a share and its bar say more. */
@@ -259,12 +233,8 @@ static void test_table_narrow(void **state)
     assert_has(text, "  rank  tiles    share   wait s   busy s\n"
                      "     0     75   50.0 %    0.500    3.000  ########\n");
     free(text);
-    text = table_text(&report, 57);
-    assert_has(text, "     0     75   518400   50.0 %    0.500    3.000  ######\n");
-    free(text);
-    text = table_text(&report, 40);
-    assert_has(text, "     0     75   50.0 %    0.500    3.000\n");
-    free(text);
+    assert_table_has(&report, 57, "     0     75   518400   50.0 %    0.500    3.000  ######\n");
+    assert_table_has(&report, 40, "     0     75   50.0 %    0.500    3.000\n");
 }
 
 /* Clipped pixels, which a PNG cannot show, are mentioned where there are any. */
@@ -273,16 +243,11 @@ static void test_table_clipped(void **state)
     (void)state;
     struct renderer_stats renderers[1];
     struct report report = sample_report(renderers, 1);
-    char *text = table_text(&report, 80);
-    assert_null(strstr(text, "clipped"));
-    free(text);
+    assert_table_lacks(&report, 80, "clipped");
     report.quantisation = (struct quantisation){.clipped = 435, .clipped_rmse = 0.00651};
-    text = table_text(&report, 80);
-    assert_has(text, "\nclipped: 435 pixels beyond what the file can hold, RMSE 0.0065\n");
-    free(text);
-    text = table_text(&report, 40);
-    assert_has(text, "\n  beyond what the file can hold\n  RMSE 0.0065\n");
-    free(text);
+    assert_table_has(&report, 80,
+                     "\nclipped: 435 pixels beyond what the file can hold, RMSE 0.0065\n");
+    assert_table_has(&report, 40, "\n  beyond what the file can hold\n  RMSE 0.0065\n");
 }
 
 /* What truncated paths may add to a pixel at most is shown where it is not 0. */
@@ -317,13 +282,9 @@ static void test_table_truncation(void **state)
         free(text);
     }
     report.resumed.counts.truncation = HUGE_VAL;
-    char *text = table_text(&report, 80);
-    assert_has(text, "\ntruncation: without bound\n");
-    free(text);
+    assert_table_has(&report, 80, "\ntruncation: without bound\n");
     report.picture.truncation = report.resumed.counts.truncation = 0;
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "truncation:"));
-    free(text);
+    assert_table_lacks(&report, 80, "truncation:");
 }
 
 enum { RANKS = 100 };
@@ -356,9 +317,7 @@ static void test_table_extremes(void **state)
     char *text = table_text(&report, 40);
     assert_fits(text, 40);
     free(text);
-    text = table_text(&report, 80);
-    assert_has(text, "\n12 of 345 samples are not finite, or too bright for floats\n");
-    free(text);
+    assert_table_has(&report, 80, "\n12 of 345 samples are not finite, or too bright for floats\n");
     report.time = (struct run_times){0};
     report.image_file = "a\033[2J\xc2\x9b\x9bé.png";
     text = table_text(&report, 0);
@@ -387,9 +346,7 @@ static void test_table_of_many(void **state)
     assert_has(text, "  node ");
     free(text);
     *renderers[7].host = '\0'; /* a renderer that has never reported has no known host */
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "  host\n"));
-    free(text);
+    assert_table_lacks(&report, 80, "  host\n");
 }
 
 /* Of a few ranks all are shown, in their order. */
