@@ -11,6 +11,15 @@
 #include "master/watch.h"
 #include "test/adaptive_runs_fixture.h"
 
+/* What a run comes to, without its picture. */
+static struct result outcome(scene_function *f, const struct view *view, double target)
+{
+    struct result result;
+    run(&result, f, view, target, 32, false);
+    drop(&result);
+    return result;
+}
+
 static double flat(double x, double y)
 {
     (void)x, (void)y;
@@ -21,15 +30,11 @@ static void test_flat_needs_one_pass(void **state)
 {
     (void)state;
     struct view view = view_of(4, 1024);
-    struct result result;
-    run(&result, flat, &view, 1e-4, 16, false);
+    struct result result = outcome(flat, &view, 1e-4);
     assert_int_equal(result.passes, 1);
     assert_true(result.samples == 4 && result.estimated == 0);
-    drop(&result);
     /* Without a target, too, there is nothing more to be found. */
-    run(&result, flat, &view, 0, 16, false);
-    assert_int_equal(result.passes, 1);
-    drop(&result);
+    assert_int_equal(outcome(flat, &view, 0).passes, 1);
 }
 
 /* Squares of whole pixels: within a pixel nothing differs, and yet something might be hidden at their borders. */
@@ -42,10 +47,8 @@ static void test_contrast_is_looked_into(void **state)
 {
     (void)state;
     struct view view = view_of(4, 16);
-    struct result result;
-    run(&result, squares, &view, 0, 16, false);
+    struct result result = outcome(squares, &view, 0);
     assert_true(result.passes > 1 && result.samples > 4 && result.estimated == 0);
-    drop(&result);
 }
 
 /* One thread and several plan the same, bit for bit. */
@@ -176,18 +179,14 @@ static void test_max_samples_end_it(void **state)
 {
     (void)state;
     struct view view = view_of(2, 12);
-    struct result result;
-    run(&result, ball, &view, 1e-9, 32, false);
+    double high = outcome(ball, &view, 1e-9).high;
     uint32_t most = 0;
     for (uint32_t i = 0; i < PIXELS; i++)
         if (sampled[i] > most) most = sampled[i];
     assert_int_equal(most, 12);
-    assert_true(result.high > 1e-9);
-    drop(&result);
+    assert_true(high > 1e-9);
     /* Without a target, but with plenty of time, all pixels get them. */
-    run(&result, ball, &view, 0, 32, false);
-    assert_true(result.samples == 12);
-    drop(&result);
+    assert_true(outcome(ball, &view, 0).samples == 12);
 }
 
 /* Where max_samples keep the target out of reach, not all pixels get them: be it that those with an error come to
@@ -197,15 +196,11 @@ static void test_out_of_reach(void **state)
     (void)state;
     for (uint32_t most = 64; most <= 1024; most *= 4) {
         struct view view = view_of(4, most), all_view = view_of(most - 2, most);
-        struct result result, all;
-        run(&result, ball, &view, 1e-5, 32, false);
-        run(&all, ball, &all_view, 1, 32, false);
+        struct result result = outcome(ball, &view, 1e-5), all = outcome(ball, &all_view, 1);
         assert_int_equal(all.passes, 1);
         assert_true(result.high > 1e-5);
         assert_true(result.estimated < 1.1 * all.estimated);
         assert_true(result.samples < 0.15 * all.samples);
-        drop(&result);
-        drop(&all);
     }
 }
 
@@ -214,15 +209,10 @@ static void test_just_in_reach(void **state)
 {
     (void)state;
     struct view view = view_of(4, 64);
-    struct result far, near;
-    run(&far, ball, &view, 1e-6, 32, false);
-    run(&near, ball, &view, 1.03 * far.high, 32, false);
-    assert_true(near.high <= 1.03 * far.high);
-    drop(&near);
-    run(&near, ball, &view, 0.7 * far.high, 32, false);
-    assert_true(near.high > 0.7 * far.high && near.samples < 0.15 * 64);
-    drop(&near);
-    drop(&far);
+    double least = outcome(ball, &view, 1e-6).high;
+    assert_true(outcome(ball, &view, 1.03 * least).high <= 1.03 * least);
+    struct result missed = outcome(ball, &view, 0.7 * least);
+    assert_true(missed.high > 0.7 * least && missed.samples < 0.15 * 64);
 }
 
 /* A target that max_samples of all pixels meet is met, although less was expected of them. */
@@ -230,12 +220,8 @@ static void test_better_than_expected(void **state)
 {
     (void)state;
     struct view view = view_of(4, 64);
-    struct result all, near;
-    run(&all, scattered, &view, 0, 32, false);
-    run(&near, scattered, &view, 1.1 * all.high, 32, false);
-    assert_true(near.high <= 1.1 * all.high);
-    drop(&near);
-    drop(&all);
+    double least = outcome(scattered, &view, 0).high;
+    assert_true(outcome(scattered, &view, 1.1 * least).high <= 1.1 * least);
 }
 
 /* A pixel that is not finite, or whose contrast is not, spoils neither the estimate nor the plan of the
@@ -254,17 +240,13 @@ static void test_not_finite(void **state)
 {
     (void)state;
     struct view view = view_of(4, 256);
-    struct result good;
-    run(&good, ball, &view, 0.004, 32, false);
+    double good = outcome(ball, &view, 0.004).samples;
     scene_function *const scenes[] = {broken, blinding};
     for (int i = 0; i < 2; i++) {
-        struct result bad;
-        run(&bad, scenes[i], &view, 0.004, 32, false);
+        struct result bad = outcome(scenes[i], &view, 0.004);
         assert_true(bad.high <= 0.004);
-        assert_true(fabs(bad.samples - good.samples) < 0.1 * good.samples);
-        drop(&bad);
+        assert_true(fabs(bad.samples - good) < 0.1 * good);
     }
-    drop(&good);
 }
 
 /* To plan by a limit that no pixel reaches, as a journal of unknown origin may have, changes nothing. */
