@@ -4,7 +4,7 @@ STOP=$(realpath -q "${FAULTS_STOP:-/nowhere}")
 cd "$T" || exit 1
 SCENE=$CONFIG/hello.ini
 
-picture() { run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=160 image.height=120 \
+picture() { run 0 farm_n 2 "$SCENE" sampling.samples=200 image.width=160 image.height=120 \
     output.image=reference.pfm output.report=; }
 check "reference" picture
 
@@ -16,7 +16,7 @@ stops() {
     rm -f t.pfm t.json t.journal note
     FAULTS_STOP_RANK=1 FAULTS_STOP_AT=$at FAULTS_STOP_NOTE=note timeout -k 1 100 "$MPIEXEC" \
         -n "$processes" env LD_PRELOAD="$STOP" ASAN_OPTIONS="verify_asan_link_order=0:${ASAN_OPTIONS:-}" \
-        "$FARM" "$SCENE" sampling.samples=400 image.width=160 image.height=120 output.image=t.pfm \
+        "$FARM" "$SCENE" sampling.samples=200 image.width=160 image.height=120 output.image=t.pfm \
         farm.patience=2 "$@" >out.txt 2>err.txt
     got=$?
     cat out.txt err.txt
@@ -51,9 +51,9 @@ behind() { stops 0 later 3 && cmp reference.pfm t.pfm; }
 check "a renderer that has left results" behind
 # All tiles are too large for a slot of a tray.
 message() {
-    run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=128 image.height=192 output.image=large.pfm \
-        output.report= &&
-        stops 0 result 3 image.width=128 image.height=192 farm.schedule=tiles farm.tile=64 && cmp large.pfm t.pfm
+    set -- sampling.samples=50 image.width=128 image.height=192
+    run 0 farm_n 2 "$SCENE" "$@" output.image=large.pfm output.report= &&
+        stops 0 result 3 "$@" farm.schedule=tiles farm.tile=64 && cmp large.pfm t.pfm
 }
 check "a renderer that sends a message" message
 # The stopped rank is continued before it is given up, or after that: then the results in its tray are taken, or of no
@@ -61,9 +61,9 @@ check "a renderer that sends a message" message
 goes_on() { # SECONDS
     rm -f note # of an earlier run
     { until [ -s note ]; do sleep 0.05; done; sleep "$1"; kill -CONT "$(cat note)"; } &
-    stops 0 later 3 farm.patience=1 sampling.samples=2000 && cmp longer.pfm t.pfm
+    stops 0 later 3 farm.patience=1 sampling.samples=1000 && cmp longer.pfm t.pfm
 }
-longer() { run 0 farm_n 0 "$SCENE" sampling.samples=2000 image.width=160 image.height=120 \
+longer() { run 0 farm_n 2 "$SCENE" sampling.samples=1000 image.width=160 image.height=120 \
     output.image=longer.pfm output.report=; }
 check "a longer picture" longer
 # The master must wait for at most five seconds from the last sign of life that it asked the rank for, not from the last
@@ -79,7 +79,7 @@ waiting() {
             exit told <= 0 || told - before - of["render_s"] > 0.5 || of["total_s"] - told >= 5
         }' t.json
 }
-waited() { stops 0 tile 3 sampling.samples=2000 && cmp longer.pfm t.pfm && waiting; }
+waited() { stops 0 tile 3 farm.patience=1 sampling.samples=1000 && cmp longer.pfm t.pfm && waiting; }
 check "how long it was waited for" waited
 in_time() { goes_on 0.3 && ! named; }
 check "it goes on in time" in_time
