@@ -1,5 +1,5 @@
 #!/bin/sh
-# run.sh: runs every test and ends with "N passed, N failed". run.sh LOGS COMMAND...: runs one of them, with its output
+# run.sh: runs every test and ends with "N passed, N failed". run.sh LOGS TEST: runs one of them, with its output
 # and its counts in the folder LOGS.
 #
 # Unit tests (cmocka) and scripts print one "ok" or "not ok" line per test (TAP). A program that fails without a "not
@@ -12,10 +12,12 @@ set -u
 session=
 trap '[ -z "$session" ] || pkill -s "$session"; exit 130' INT TERM
 
-run_one() { # LOGS COMMAND...
-    logs=$1; shift
-    for path; do :; done # the last word: a unit test, or the script that sh runs
+run_one() { # LOGS TEST: a unit test or a script
+    logs=$1 path=$2
     name=$(basename "$path")
+    # Unit tests detect leaks; scripts do not, because of leaks inside MPI and its transport.
+    set -- "$path"
+    case $path in *.sh) set -- env ASAN_OPTIONS="detect_leaks=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}" sh "$path" ;; esac
     log=$logs/$(echo "$path" | tr / _) # units of several levels of the kernel have the same name
     CMOCKA_MESSAGE_OUTPUT=TAP setsid timeout 300 "$@" >"$log" 2>&1 &
     session=$!
@@ -42,13 +44,17 @@ cd "$(dirname "$0")/.." || exit 1
 logs=$(mktemp -d)
 trap 'rm -rf "$logs"' EXIT
 
-# A unit test is one process, most of the time of one thread: one on each core. The scripts start farms that use all
-# cores, and some measure time: one after the other. Unit tests detect leaks; scripts do not, because of leaks inside
-# MPI and its transport.
-printf '%s\n' $UNITS | xargs -r -P "$(nproc)" -n 1 sh test/run.sh "$logs"
-export ASAN_OPTIONS="detect_leaks=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
+# A unit test is one process, most of the time of one thread: one on each core, beside the scripts that start one such
+# process at a time. The other scripts start farms that use all cores, and some measure time: one after the other.
+single=" error_bench extreme house kernel numerics omit run stability stability_levels truncation "
+beside= alone=
 for script in test/test_*.sh; do
-    run_one "$logs" sh "$script"
+    name=${script#test/test_}
+    case $single in *" ${name%.sh} "*) beside="$beside $script" ;; *) alone="$alone $script" ;; esac
+done
+printf '%s\n' $beside $UNITS | xargs -r -P "$(nproc)" -n 1 sh test/run.sh "$logs"
+for script in $alone; do
+    run_one "$logs" "$script"
 done
 tests=$(($(printf '%s\n' $UNITS test/test_*.sh | wc -l)))
 cat "$logs"/*.counts | awk -v tests="$tests" '

@@ -50,4 +50,10 @@ together() { # also where the units run at the same time
         echo "$out" | awk '/^bad/ { if (lines % 3) exit 1; lines = 0 } /^bad|^    / { lines++ }'
 }
 check "the lines of a unit stay together" together
+beside() { # before the other script
+    echo 'echo "ok 1 - beside"; echo "not ok 2 - bad"' >test/test_omit.sh
+    suite 1 "3 passed, 1 failed" units/good &&
+        [ "$(echo "$out" | grep -o '^test_[a-z]*' | tr '\n' ' ')" = "test_omit test_script " ]
+}
+check "a script that runs beside units" beside
 finish
