@@ -50,22 +50,26 @@ static inline double balls(double x, double y)
 /* Chooses one of many pictures of those scenes whose things are scattered at random. */
 static double draw;
 
-/* Two random numbers from 0 to 1 that belong to a cell of a grid. */
+/* Two random numbers from 0 to 1 that belong to a cell of a grid, whose last one is kept: neighbours ask for it. */
 static inline void luck_of(double column, double row, double luck[2])
 {
-    const double cell[3] = {column, row, draw};
-    for (uint64_t i = 0; i < 2; i++)
-        luck[i] = (double)(hash64(cell, sizeof cell, i) >> 11) * 0x1p-53;
+    static double cell[3] = {HUGE_VAL}, kept[2];
+    if (cell[0] != column || cell[1] != row || cell[2] != draw) {
+        cell[0] = column, cell[1] = row, cell[2] = draw;
+        for (uint64_t i = 0; i < 2; i++)
+            kept[i] = (double)(hash64(cell, sizeof cell, i) >> 11) * 0x1p-53;
+    }
+    luck[0] = kept[0], luck[1] = kept[1];
 }
 
 /* A disc with a radius of a sixth of a pixel at a random place in each square of 3 x 3 pixels. The first four samples
  * of pixels meet three in ten of them. */
 static inline double scattered(double x, double y)
 {
-    double luck[2];
-    luck_of(floor(x / 3), floor(y / 3), luck);
-    return hypot(fmod(x, 3) - 0.2 - 2.6 * luck[0], fmod(y, 3) - 0.2 - 2.6 * luck[1]) < 0.16 ? 1
-                                                                                            : 0.2;
+    double luck[2], column = floor(x / 3), row = floor(y / 3);
+    luck_of(column, row, luck);
+    double u = x - 3 * column - 0.2 - 2.6 * luck[0], v = y - 3 * row - 0.2 - 2.6 * luck[1];
+    return u * u + v * v < 0.16 * 0.16 ? 1 : 0.2;
 }
 
 /* Seconds per effort of the passes after pass 0, in which it is 1. Other than what is assumed while there are none. */

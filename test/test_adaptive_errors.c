@@ -80,21 +80,25 @@ static void test_targets_are_met(void **state)
  * pixels in which the first samples meet none. */
 static double scarce(double x, double y)
 {
-    double luck[2];
-    luck_of(floor(x / 9), floor(y / 9), luck);
-    return hypot(fmod(x, 9) - 0.1 - 8.8 * luck[0], fmod(y, 9) - 0.1 - 8.8 * luck[1]) < 0.07 ? 1
-                                                                                            : 0.2;
+    double luck[2], column = floor(x / 9), row = floor(y / 9);
+    luck_of(column, row, luck);
+    double u = x - 9 * column - 0.1 - 8.8 * luck[0], v = y - 9 * row - 0.1 - 8.8 * luck[1];
+    return u * u + v * v < 0.07 * 0.07 ? 1 : 0.2;
 }
 
 /* A needle of 5 pixels' length and a twelfth of a pixel's width, in a random direction, in each square of 8 x 8
  * pixels. */
 static double needles(double x, double y)
 {
-    double luck[2];
-    luck_of(floor(x / 8), floor(y / 8), luck);
-    double u = fmod(x, 8) - 3 - 2 * luck[1], v = fmod(y, 8) - 5 + 2 * luck[1];
-    double along = u * cos(7 * luck[0]) + v * sin(7 * luck[0]);
-    double across = v * cos(7 * luck[0]) - u * sin(7 * luck[0]);
+    static double turn = HUGE_VAL, cosine, sine; /* of the last needle */
+    double luck[2], column = floor(x / 8), row = floor(y / 8);
+    luck_of(column, row, luck);
+    if (turn != luck[0]) {
+        turn = luck[0];
+        cosine = cos(7 * turn), sine = sin(7 * turn);
+    }
+    double u = x - 8 * column - 3 - 2 * luck[1], v = y - 8 * row - 5 + 2 * luck[1];
+    double along = u * cosine + v * sine, across = v * cosine - u * sine;
     return fabs(along) < 2.5 && fabs(across) < 0.04 ? 1 : 0.2;
 }
 
