@@ -4,7 +4,7 @@
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 
-whole() { farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.json >/dev/null 2>&1; }
+whole() { run 0 farm_n 2 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.json; }
 finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
 resume_from() { rm -f a.*; cp "$1" a.journal; } # KEPT
 
@@ -18,8 +18,9 @@ broken_off_once() {
     else "$MPIEXEC" -n "$processes" "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e & fi
     pid=$!
     i=0
-    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 600 ]; do
-        sleep 0.05; i=$((i + 1))
+    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 1500 ]; do
+        kill -0 $pid 2>/dev/null || break
+        sleep 0.02; i=$((i + 1))
     done
     kill -"$signal" $pid; sent=$?
     wait $pid 2>/dev/null
@@ -44,9 +45,10 @@ flipped() { # OFFSET PROCESSES KEPT: few bytes are of no use, and so few tiles a
         bytes=$(sed -n 's/.*: \([0-9]*\) bytes of the journal are damaged, .*/\1/p' "$T/err") &&
         [ "$bytes" -gt 0 ] && [ $((4 * bytes)) -lt "$(stat -c %s "$3")" ] && finished
 }
-# The forecast of a smaller error must include the seconds of rendering of the earlier run.
+# The forecast of a smaller error must include the CPU time of the earlier run. Its wall time depends on what else the
+# machine did.
 forecast_has() { # PROCESSES
-    saved=$(sed -n 's/^ *"seconds_saved": \([0-9.]*\),$/\1/p' a.json)
+    saved=$(sed -n 's/.* \([0-9.]*\) s of CPU time saved$/\1/p' "$T/err")
     foreseen=$(sed -n '/"forecast"/,/}/s/^ *"render_s": \([0-9.]*\),$/\1/p' a.json)
     echo "forecast: $foreseen s, saved: $saved s, $1 renderers"
     awk "BEGIN { exit !($saved > 0 && $foreseen > $saved / $1) }"

@@ -1,10 +1,10 @@
 # The journal: however a run was ended, the same command continues it, and gives the same picture in the end.
 . test/resume.sh
-SIZE="image.width=320 image.height=336 sampling.samples=16 farm.tile=16"
-whole
+SIZE="image.width=320 image.height=336 sampling.samples=8 farm.tile=16"
+check "an uninterrupted run" whole
 
 # A journal that holds a good part of the picture, which is 1.3 MB.
-killed() { broken_off 9 1100000 "$@" && [ ! -e a.pfm ]; } # PROCESSES ARGUMENT...
+killed() { broken_off 9 900000 "$@" && [ ! -e a.pfm ]; } # PROCESSES ARGUMENT...
 cp_journal() { killed 0 && cp a.journal kept; }
 check "a run that was killed leaves a journal" cp_journal
 

@@ -1,14 +1,14 @@
 # The journal with adaptive sampling: a run that was ended in any pass continues there, and gives the same picture in
 # the end.
 . test/resume.sh
-SIZE="image.width=240 image.height=240 sampling.target_error=0.001"
-whole
+SIZE="image.width=200 image.height=200 sampling.target_error=0.0015"
+check "an uninterrupted run" whole
 passes_of() { sed -n 's/^ *"passes": \([0-9]*\),$/\1/p' "$1"; }
 
-# The first pass has 57,600 pixels of 32 bytes each.
-first() { broken_off 9 800000 0 && cp a.journal first; }
+# The first pass has 40,000 pixels of 32 bytes each.
+first() { broken_off 9 560000 0 && cp a.journal first; }
 check "killed in the first pass" first
-later() { broken_off 9 2300000 0 && cp a.journal later; }
+later() { broken_off 9 1600000 0 && cp a.journal later; }
 check "killed in a later pass" later
 
 goes_on() { # KEPT PROCESSES ARGUMENT...
@@ -37,7 +37,7 @@ rows_rise() {
 check "rows of the error, one after the other" rows_rise
 
 stopped() { # by a signal: as it is said, and in that way it goes on
-    broken_off TERM 2300000 0 && [ $status -eq 75 ] || { echo "status $status"; cat e; return 1; }
+    broken_off TERM 1600000 0 && [ $status -eq 75 ] || { echo "status $status"; cat e; return 1; }
     grep -q 'stopped by .* in pass [2-9]' e && grep -q 'and what is finished of pass [2-9] are saved in' e ||
         { cat e; return 1; }
     command=$(sed -n 's/.*; to go on: //p' e)
@@ -50,14 +50,14 @@ check "a cut tail" cut_tail 100 later
 # Damage in the middle of the first pass: one or two of its tiles, of 256 pixels, are lost. All later passes, which are
 # planned when it is complete, cannot be used.
 first_flipped() {
-    flipped 600000 2 later && grep -q 'bytes of the journal cannot be used' "$T/err" &&
-        grep -q 'in pass 1:' "$T/err" && [ "$(resumed pixels)" -ge $((57600 - 512)) ] &&
+    flipped 420000 2 later && grep -q 'bytes of the journal cannot be used' "$T/err" &&
+        grep -q 'in pass 1:' "$T/err" && [ "$(resumed pixels)" -ge $((40000 - 512)) ] &&
         [ "$(passes_of a.json)" = "$(passes_of whole.json)" ]
 }
 check "damage in the middle" first_flipped
-later_flipped() { flipped 2200000 2 later && grep -q '\(in\|after\) pass [2-9]:' "$T/err"; }
+later_flipped() { flipped 1500000 2 later && grep -q '\(in\|after\) pass [2-9]:' "$T/err"; }
 check "damage in a later pass" later_flipped
-check "damage that was there before" damaged_once 600000 later
+check "damage that was there before" damaged_once 420000 later
 other() { # plans follow from the target: another one is another picture
     resume_from later
     run 0 farm_n 0 "$SCENE" $SIZE sampling.target_error=0.02 output.image=a.pfm &&
@@ -69,7 +69,7 @@ check "after the last pass, as is told" grep -q "after pass $(passes_of whole.js
 # A disk that takes the first pass but not all of them: the journal goes elsewhere as a whole, which leaves room for the
 # picture where it was.
 cat >fills <<'END'
-mount -t tmpfs -o size=2900k none small && cd small || exit 1
+mount -t tmpfs -o size=1900k none small && cd small || exit 1
 "$@" >../o 2>../e
 [ $? -eq 1 ] && [ -z "$(ls)" ] || { ls -l; exit 1; }
 eval "$(sed -n 's/.*; to write the picture without rendering it again: //p' ../e)" >../o && cp a.pfm ..
@@ -89,8 +89,8 @@ else count=$((count + 1)); echo "not ok $count - no room for all passes # SKIP n
 # How long a pass may take depends on when it begins. Passes in the journal must be planned again with the limits that
 # they had then.
 timed() {
-    SIZE="image.width=240 image.height=240"
-    broken_off 9 2300000 0 sampling.time_limit=60 &&
+    SIZE="image.width=200 image.height=200"
+    broken_off 9 1600000 0 sampling.time_limit=60 &&
         run 0 farm_n 2 "$SCENE" $SIZE sampling.time_limit=4 output.image=a.pfm && cat "$T/err" &&
         grep -q 'going on with a.journal \(in\|after\) pass [2-9]' "$T/err" && ! grep 'cannot be used' "$T/err"
 }
@@ -100,10 +100,10 @@ check "killed in a later pass under a time limit" timed
 # the run is killed during the passes for lattices after it, so that its journal can lose the first pass. In the
 # meantime the machine may become more than twice as busy, or half as busy.
 SIZE="image.width=240 image.height=240"
-even() { run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=64 output.image=even.pfm output.report=even.json; }
+even() { run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=32 output.image=even.pfm output.report=even.json; }
 check "a reference" even
-limit=$(sed -n '/"time"/,/}/s/^ *"render_s": \(.*\),$/\1/p' even.json | awk '{ print $1 * 512 / 64 / 4 }')
-SIZE="$SIZE sampling.min_samples=512 sampling.time_limit=$limit"
+limit=$(sed -n '/"time"/,/}/s/^ *"render_s": \(.*\),$/\1/p' even.json | awk '{ print $1 * 128 / 32 / 4 }')
+SIZE="$SIZE sampling.min_samples=128 sampling.time_limit=$limit"
 cut_off() { broken_off 9 160000 2 && cp a.journal cut; }
 check "killed among lattices" cut_off
 goes_on_among() { # the picture is what it is to be
