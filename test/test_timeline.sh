@@ -79,7 +79,7 @@ check "the report adds up" adds_up
 # A rank 0 that only serves sleeps meanwhile. It takes about a hundredth of a core; polling all the time would take a
 # tenth and more.
 sleeps() {
-    run 0 farm_n 2 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=64 output.image=a.png \
+    run 0 farm_n 2 "$CONFIG/lantern.ini" image.width=160 image.height=120 sampling.samples=64 output.image=a.png \
         farm.master_renders=no || return 1
     awk '
         /"render_s": / && !render { render = $2 + 0 }
