@@ -39,20 +39,41 @@ static void assert_crossing(struct crossing_media at, double from, double to, bo
         fail_msg("from %g to %g, unmatched %d", at.from, at.to, at.unmatched);
 }
 
+static struct scene *scene;
+static struct bvh *bvh;
+static struct media *media;
+
+static void begin(struct scene *of)
+{
+    scene = of;
+    bvh = build_tree(scene);
+    media = media_create(scene);
+}
+
+static void end(void)
+{
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
+static struct crossing_media cross(uint32_t stack, uint32_t primitive, bool entering, double from,
+                                   double to, bool unmatched)
+{
+    struct crossing_media at = media_cross(media, stack, primitive, entering);
+    assert_crossing(at, from, to, unmatched);
+    return at;
+}
+
 static void test_nested(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
-    struct media *media = media_create(scene);
-    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
-    assert_crossing(at, 1, 1.33, false);
-    at = media_cross(media, at.stack, sphere(GLASS), true);
-    assert_crossing(at, 1.33, 1.5, false);
+    begin(nested());
+    struct crossing_media at = cross(MEDIUM_OUTSIDE, sphere(WATER), true, 1, 1.33, false);
+    at = cross(at.stack, sphere(GLASS), true, 1.33, 1.5, false);
     uint32_t deepest = at.stack;
-    at = media_cross(media, at.stack, sphere(GLASS), false);
-    assert_crossing(at, 1.5, 1.33, false);
-    at = media_cross(media, at.stack, sphere(WATER), false);
-    assert_crossing(at, 1.33, 1, false);
+    at = cross(at.stack, sphere(GLASS), false, 1.5, 1.33, false);
+    at = cross(at.stack, sphere(WATER), false, 1.33, 1, false);
     assert_int_equal(at.stack, MEDIUM_OUTSIDE);
     /* The same crossings again give the same numbers, and no new stacks. */
     uint32_t count = media_count(media);
@@ -62,34 +83,27 @@ static void test_nested(void **state)
     assert_int_equal(media_count(media), count);
     media_clear(media);
     assert_int_equal(media_count(media), 1);
-    media_destroy(media);
-    free(scene);
+    end();
 }
 
 /* In the overlap the one entered last counts; leaving the first changes nothing then. */
 static void test_overlapping(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
-    struct media *media = media_create(scene);
+    begin(nested());
     struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
     at = media_cross(media, at.stack, sphere(GLASS), true);
-    at = media_cross(media, at.stack, sphere(WATER), false);
-    assert_crossing(at, 1.5, 1.5, false);
-    at = media_cross(media, at.stack, sphere(GLASS), false);
-    assert_crossing(at, 1.5, 1, false);
+    at = cross(at.stack, sphere(WATER), false, 1.5, 1.5, false);
+    at = cross(at.stack, sphere(GLASS), false, 1.5, 1, false);
     assert_int_equal(at.stack, MEDIUM_OUTSIDE);
-    media_destroy(media);
-    free(scene);
+    end();
 }
 
 static void test_unmatched(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
-    struct media *media = media_create(scene);
-    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(GLASS), false);
-    assert_crossing(at, 1.5, 1, true);
+    begin(nested());
+    struct crossing_media at = cross(MEDIUM_OUTSIDE, sphere(GLASS), false, 1.5, 1, true);
     assert_int_equal(at.stack, MEDIUM_OUTSIDE);
     at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
     uint32_t inside = at.stack;
@@ -97,42 +111,32 @@ static void test_unmatched(void **state)
     assert_crossing(at, 1.33, 1.33, true);
     assert_int_equal(at.stack, inside);
     /* A sheet of glass is not the ball of glass. */
-    at = media_cross(media, inside, primitive_id(PRIMITIVE_DISC, 0), false);
-    assert_crossing(at, 1.5, 1.33, true);
-    media_destroy(media);
-    free(scene);
+    cross(inside, primitive_id(PRIMITIVE_DISC, 0), false, 1.5, 1.33, true);
+    end();
 }
 
 /* A medium entered through a mesh or a sheet is left through any other of that index. */
 static void test_open_surfaces(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
-    struct media *media = media_create(scene);
+    begin(nested());
     uint32_t disc = primitive_id(PRIMITIVE_DISC, 0), plane = primitive_id(PRIMITIVE_PLANE, 0);
-    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, disc, true);
-    assert_crossing(at, 1, 1.5, false);
-    at = media_cross(media, at.stack, disc, true);
-    assert_crossing(at, 1.5, 1.5, false); /* twice in */
-    at = media_cross(media, at.stack, disc, false);
-    assert_crossing(at, 1.5, 1.5, false);
-    at = media_cross(media, at.stack, plane, true);
-    assert_crossing(at, 1.5, 1.47, false);
-    at = media_cross(media, at.stack, disc, false);
-    assert_crossing(at, 1.47, 1.47, false);
-    at = media_cross(media, at.stack, plane, false);
-    assert_crossing(at, 1.47, 1, false);
-    media_destroy(media);
-    free(scene);
+    struct crossing_media at = cross(MEDIUM_OUTSIDE, disc, true, 1, 1.5, false);
+    at = cross(at.stack, disc, true, 1.5, 1.5, false); /* twice in */
+    at = cross(at.stack, disc, false, 1.5, 1.5, false);
+    at = cross(at.stack, plane, true, 1.5, 1.47, false);
+    at = cross(at.stack, disc, false, 1.47, 1.47, false);
+    cross(at.stack, plane, false, 1.47, 1, false);
+    end();
 }
 
 static void test_by_side(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
+    begin(nested());
     assert_crossing(media_by_side(scene, sphere(GLASS), true), 1, 1.5, false);
     assert_crossing(media_by_side(scene, sphere(GLASS), false), 1.5, 1, false);
-    free(scene);
+    end();
 }
 
 /* A thousand shells in each other, more than the first table holds, entered and left. */
@@ -143,12 +147,11 @@ static void test_deep_nesting(void **state)
     uint32_t glass = add_glass(builder, 1.5, 1), air = add_glass(builder, 1, 1);
     for (int i = 0; i < 1000; i++)
         add_sphere(builder, vec3(0, 0, 0), 1000 - i, i % 2 ? air : glass);
-    struct scene *scene = finish_scene(builder);
-    struct media *media = media_create(scene);
+    begin(finish_scene(builder));
     uint32_t stack = MEDIUM_OUTSIDE;
     for (uint32_t i = 0; i < 1000; i++) {
-        struct crossing_media at = media_cross(media, stack, sphere(i), true);
-        assert_crossing(at, i % 2 ? 1.5 : 1, i % 2 ? 1 : 1.5, false);
+        struct crossing_media at =
+            cross(stack, sphere(i), true, i % 2 ? 1.5 : 1, i % 2 ? 1 : 1.5, false);
         stack = at.stack;
     }
     uint32_t count = media_count(media), again = MEDIUM_OUTSIDE;
@@ -157,8 +160,7 @@ static void test_deep_nesting(void **state)
     assert_int_equal(again, stack);
     assert_int_equal(media_count(media), count); /* equal stacks, equal numbers */
     /* From the middle of the stack: 998 are put back, in their order. */
-    struct crossing_media at = media_cross(media, stack, sphere(1), false);
-    assert_crossing(at, 1, 1, false);
+    struct crossing_media at = cross(stack, sphere(1), false, 1, 1, false);
     again = media_cross(media, MEDIUM_OUTSIDE, sphere(0), true).stack;
     for (uint32_t i = 2; i < 1000; i++)
         again = media_cross(media, again, sphere(i), true).stack;
@@ -166,49 +168,38 @@ static void test_deep_nesting(void **state)
     at = media_cross(media, at.stack, sphere(1), false);
     assert_true(at.unmatched);
     for (uint32_t i = 1000; i-- > 0;) {
-        at = media_cross(media, stack, sphere(i), false);
-        assert_crossing(at, i % 2 ? 1 : 1.5, i % 2 ? 1.5 : 1, false);
+        at = cross(stack, sphere(i), false, i % 2 ? 1 : 1.5, i % 2 ? 1.5 : 1, false);
         stack = at.stack;
     }
     assert_int_equal(stack, MEDIUM_OUTSIDE);
-    media_destroy(media);
-    free(scene);
+    end();
 }
 
 /* One of the directions that media_at() tries itself, for points that are not on a surface. */
-static uint32_t stack_around(struct media *media, const struct bvh *bvh, struct vec3 point)
+static uint32_t stack_around(struct vec3 point)
 {
     return media_at(media, bvh, point, vec3(0.48, 0.61, 0.63));
 }
 
-static uint32_t stack_at(struct media *media, const struct bvh *bvh, double x, double y)
+static uint32_t stack_at(double x, double y)
 {
-    return stack_around(media, bvh, vec3(x, y, 0.01));
+    return stack_around(vec3(x, y, 0.01));
 }
 
 /* The media around an eye: opaque objects do not count; planes count from behind. */
 static void test_eye(void **state)
 {
     (void)state;
-    struct scene *scene = nested();
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
-    assert_int_equal(stack_at(media, bvh, 30, 0), MEDIUM_OUTSIDE);
-    assert_int_equal(stack_at(media, bvh, 5, 0), MEDIUM_OUTSIDE);
-    assert_int_equal(stack_at(media, bvh, 0, 19), MEDIUM_OUTSIDE); /* behind a disc */
-    struct crossing_media at =
-        media_cross(media, stack_at(media, bvh, 0.2, 0.1), sphere(GLASS), false);
-    assert_crossing(at, 1.5, 1.33, false);
-    at = media_cross(media, at.stack, sphere(WATER), false);
-    assert_crossing(at, 1.33, 1, false);
+    begin(nested());
+    assert_int_equal(stack_at(30, 0), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_at(5, 0), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_at(0, 19), MEDIUM_OUTSIDE); /* behind a disc */
+    struct crossing_media at = cross(stack_at(0.2, 0.1), sphere(GLASS), false, 1.5, 1.33, false);
+    at = cross(at.stack, sphere(WATER), false, 1.33, 1, false);
     assert_int_equal(at.stack, MEDIUM_OUTSIDE);
-    at = media_cross(media, stack_at(media, bvh, 0, 2), sphere(WATER), false);
-    assert_crossing(at, 1.33, 1, false);
-    at = media_cross(media, stack_at(media, bvh, 0, -11), primitive_id(PRIMITIVE_PLANE, 0), false);
-    assert_crossing(at, 1.47, 1, false);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    cross(stack_at(0, 2), sphere(WATER), false, 1.33, 1, false);
+    cross(stack_at(0, -11), primitive_id(PRIMITIVE_PLANE, 0), false, 1.47, 1, false);
+    end();
 }
 
 /* An eye exactly on a surface is on the side that it looks to, whichever side of the object it is at. */
@@ -223,9 +214,7 @@ static void test_eye_on_a_surface(void **state)
     add_box(builder, vec3(-1, -1, -1), vec3(1, 1, 1), glass);
     struct plane lid = {.point = {0, -5, 0}, .normal = {0, 1, 0}, .material = glass};
     assert_added(builder_add_plane(builder, &lid));
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
+    begin(finish_scene(builder));
     for (unsigned i = 0; i < 6; i++) {
         struct vec3 out = ways[i], in = vec_neg(out), on_ball = vec_add(vec3(8, 0, 0), out);
         uint32_t in_box = media_at(media, bvh, out, in),
@@ -244,9 +233,7 @@ static void test_eye_on_a_surface(void **state)
     assert_int_equal(media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, 0.6, 0)), MEDIUM_OUTSIDE);
     uint32_t below = media_at(media, bvh, vec3(3, -5, 0), vec3(0.8, -0.6, 0));
     assert_false(media_cross(media, below, primitive_id(PRIMITIVE_PLANE, 0), false).unmatched);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    end();
 }
 
 /* A straight line leaves a solid once, also where it goes through the edge in which the caps of two of them meet. */
@@ -265,20 +252,15 @@ static void test_eye_before_an_edge(void **state)
     rod.material = cone.material = glass;
     assert_added(builder_add_cone(builder, &rod));
     assert_added(builder_add_cone(builder, &cone));
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
+    begin(finish_scene(builder));
     for (unsigned i = 0; i < 64; i++) {
         double far = 2.5 + i / 32.0;
         struct vec3 way = vec3(1.5, -0.75, 1.5), edge = vec3(1.5, -0.125, 1.5);
         uint32_t stack = media_at(media, bvh, vec_add_scaled(edge, way, -far), vec_normalize(way));
-        struct crossing_media at = media_cross(media, stack, sphere(0), false);
-        assert_crossing(at, 1.33, 1, false);
+        struct crossing_media at = cross(stack, sphere(0), false, 1.33, 1, false);
         assert_int_equal(at.stack, MEDIUM_OUTSIDE);
     }
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    end();
 }
 
 /* An eye that looks exactly along a tangent of a ball is outside of it. */
@@ -287,14 +269,10 @@ static void test_eye_along_a_tangent(void **state)
     (void)state;
     struct builder *builder = builder_create();
     add_sphere(builder, vec3(0, 1, -0.25), 0.5, add_glass(builder, 1.5, 0.9));
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
+    begin(finish_scene(builder));
     struct vec3 ahead = vec_normalize(vec3(1, -2, 0));
     assert_int_equal(media_at(media, bvh, vec3(-0.25, 1.5, 0.25), ahead), MEDIUM_OUTSIDE);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    end();
 }
 
 /*
@@ -315,14 +293,10 @@ static void test_eye_along_an_edge(void **state)
         rod.capped = 1;
         rod.material = glass;
         assert_added(builder_add_cone(builder, &rod));
-        struct scene *scene = finish_scene(builder);
-        struct bvh *bvh = build_tree(scene);
-        struct media *media = media_create(scene);
+        begin(finish_scene(builder));
         struct vec3 eye = vec_add(vec3(0.5, 1, 3), by);
         assert_int_equal(media_at(media, bvh, eye, vec3(0, 0, -1)), MEDIUM_OUTSIDE);
-        media_destroy(media);
-        free(bvh);
-        free(scene);
+        end();
     }
 }
 
@@ -339,9 +313,7 @@ static void test_eye_at_an_oblique_plane(void **state)
     struct plane surface = {
         .point = {0, 0, 0}, .normal = front, .material = add_glass(builder, 1.5, 0.9)};
     assert_added(builder_add_plane(builder, &surface));
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
+    begin(finish_scene(builder));
     for (int i = 1; i < 10; i++) {
         for (int k = 1; k < 10; k++) {
             struct vec3 eye = {i / 10.0, k / 10.0, -(i + k) / 10.0};
@@ -357,9 +329,7 @@ static void test_eye_at_an_oblique_plane(void **state)
         }
     }
     assert_true(behind > 0 && before > 0);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    end();
 }
 
 /* An eye in a closed mesh: all rays agree. */
@@ -373,18 +343,12 @@ static void test_eye_in_a_mesh(void **state)
     add_triangle(builder, a, b, d, glass);
     add_triangle(builder, a, d, c, glass);
     add_triangle(builder, b, c, d, glass);
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
-    uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
-    struct crossing_media at =
-        media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 2), false);
-    assert_crossing(at, 1.5, 1, false);
-    assert_int_equal(stack_around(media, bvh, vec3(2, 2, 2)), MEDIUM_OUTSIDE);
-    assert_int_equal(stack_around(media, bvh, vec3(-2, -2, -3)), MEDIUM_OUTSIDE);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    begin(finish_scene(builder));
+    uint32_t inside = stack_around(vec3(0.01, 0.02, 0.03));
+    cross(inside, primitive_id(PRIMITIVE_TRIANGLE, 2), false, 1.5, 1, false);
+    assert_int_equal(stack_around(vec3(2, 2, 2)), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_around(vec3(-2, -2, -3)), MEDIUM_OUTSIDE);
+    end();
 }
 
 /* A sphere that is seen from inside alone bounds no volume: like a sheet it may be entered twice. */
@@ -394,14 +358,10 @@ static void test_sphere_seen_from_inside(void **state)
     struct builder *builder = builder_create();
     struct sphere shell = {{0, 0, 0}, 1, add_glass(builder, 1.5, 1), 1};
     assert_added(builder_add_sphere(builder, &shell));
-    struct scene *scene = finish_scene(builder);
-    struct media *media = media_create(scene);
-    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(0), true);
-    assert_crossing(at, 1, 1.5, false);
-    at = media_cross(media, at.stack, sphere(0), true);
-    assert_crossing(at, 1.5, 1.5, false);
-    media_destroy(media);
-    free(scene);
+    begin(finish_scene(builder));
+    struct crossing_media at = cross(MEDIUM_OUTSIDE, sphere(0), true, 1, 1.5, false);
+    cross(at.stack, sphere(0), true, 1.5, 1.5, false);
+    end();
 }
 
 /* Eight faces around the eye, with corners at this distance, except the face of one octant; -1: all of them. */
@@ -427,9 +387,7 @@ static struct scene *octahedron(int without)
 static void test_eye_on_a_mesh(void **state)
 {
     (void)state;
-    struct scene *scene = octahedron(-1);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
+    begin(octahedron(-1));
     const struct vec3 on[] = {{0.25, 0.25, 0.5}, {-0.5, 0, 0.5}, {0, -1, 0}};
     for (unsigned i = 0; i < 3; i++) {
         struct vec3 out = vec_normalize(on[i]), in = vec_neg(out);
@@ -439,9 +397,7 @@ static void test_eye_on_a_mesh(void **state)
         assert_false(media_meet_at(media, bvh, vec_scale(on[i], 1 - 0x1p-50)));
         assert_false(media_meet_at(media, bvh, vec_scale(on[i], 1 + 0x1p-50)));
     }
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    end();
 }
 
 /* A mesh with a hole where one of four rays leaves it: they do not agree that the eye is inside. */
@@ -450,15 +406,11 @@ static void test_eye_in_an_open_mesh(void **state)
     (void)state;
     uint32_t outside = 0;
     for (int without = -1; without < 8; without++) {
-        struct scene *scene = octahedron(without);
-        struct bvh *bvh = build_tree(scene);
-        struct media *media = media_create(scene);
-        uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
+        begin(octahedron(without));
+        uint32_t inside = stack_around(vec3(0.01, 0.02, 0.03));
         if (without < 0) assert_int_not_equal(inside, MEDIUM_OUTSIDE);
         outside += inside == MEDIUM_OUTSIDE;
-        media_destroy(media);
-        free(bvh);
-        free(scene);
+        end();
     }
     assert_int_equal(outside, 4);
 }
@@ -474,19 +426,15 @@ static void test_eye_in_two_meshes(void **state)
         uint32_t glass = add_glass(builder, 1.5, 1);
         add_octahedron(builder, glass, 1, -1);
         add_octahedron(builder, glass, 2, without);
-        struct scene *scene = finish_scene(builder);
-        struct bvh *bvh = build_tree(scene);
-        struct media *media = media_create(scene);
-        uint32_t inside = stack_around(media, bvh, vec3(0.01, 0.02, 0.03));
+        begin(finish_scene(builder));
+        uint32_t inside = stack_around(vec3(0.01, 0.02, 0.03));
         uint32_t face = primitive_id(PRIMITIVE_TRIANGLE, 0);
         struct crossing_media at = media_cross(media, inside, face, false);
         once += at.to == 1;
         assert_crossing(at, 1.5, at.to == 1 ? 1 : 1.5, false);
         at = media_cross(media, at.stack, face, false);
         assert_int_equal(at.stack, MEDIUM_OUTSIDE);
-        media_destroy(media);
-        free(bvh);
-        free(scene);
+        end();
     }
     assert_int_equal(once, 4);
 }
@@ -512,17 +460,12 @@ static void test_eye_above_coplanar(void **state)
         }
     assert_added(builder_add_plane(builder, &floor));
     add_box(builder, vec3(-1.5, 0, 0.2), vec3(-0.5, 0.3, 1.2), stone);
-    struct scene *scene = finish_scene(builder);
-    struct bvh *bvh = build_tree(scene);
-    struct media *media = media_create(scene);
-    uint32_t inside = stack_around(media, bvh, vec3(0, 1, 0));
-    struct crossing_media at =
-        media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 0), false);
-    assert_crossing(at, 1.33, 1, false);
-    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
-    media_destroy(media);
-    free(bvh);
-    free(scene);
+    begin(finish_scene(builder));
+    uint32_t inside = stack_around(vec3(0, 1, 0));
+    uint32_t outside =
+        cross(inside, primitive_id(PRIMITIVE_TRIANGLE, 0), false, 1.33, 1, false).stack;
+    assert_int_equal(outside, MEDIUM_OUTSIDE);
+    end();
 }
 
 int main(void)
