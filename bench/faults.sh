@@ -12,12 +12,13 @@
 #
 # After the fault the same picture is rendered again, on another number of processes, with another schedule and tile
 # size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP are paths of programs and libraries. FAULTS_KINDS
-# selects kinds. FAULTS_LIMIT is the most seconds that a run may take. The number of samples is chosen such that two
-# processes render for FAULTS_SECONDS (4), as a journal has tiles only after its first second. FAULTS_SIZE: settings of
-# another picture. Faults are injected in the first FAULTS_UNTIL (1) of the time that a run takes, except those that
-# wait for the first tile in the journal. After FAULTS_PATIENCE seconds (10) a stopped rank is given up. A fault counts
-# as injected if it has hit a process or a journal. It counts as missed if the run was over before, the process was not
-# found, or the journal had no tile to be torn. Status 1 if anything was lost, differed, hung or was left behind.
+# selects kinds. FAULTS_LIMIT is the most seconds that a run may take, FAULTS_LEFT (10) the most seconds that its
+# processes may be there after it. The number of samples is chosen such that two processes render for FAULTS_SECONDS
+# (4), as a journal has tiles only after its first second. FAULTS_SIZE: settings of another picture. Faults are injected
+# in the first FAULTS_UNTIL (1) of the time that a run takes, except those that wait for the first tile in the journal.
+# After FAULTS_PATIENCE seconds (10) a stopped rank is given up. A fault counts as injected if it has hit a process or a
+# journal. It counts as missed if the run was over before, the process was not found, or the journal had no tile to be
+# torn. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
 . "$(dirname "$0")/report.sh"
@@ -47,6 +48,7 @@ cd "$T" || exit 1
 # Links with names without blanks, at which LD_PRELOAD would end.
 ln -s "$SLOW" slow.so && ln -s "$STOP" stop.so || exit 1
 LIMIT=${FAULTS_LIMIT:-120} # seconds until a run counts as hung
+LEFT=${FAULTS_LEFT:-10}
 PATIENCE=farm.patience=${FAULTS_PATIENCE:-10}
 JOURNAL_START=24 # bytes of a journal before its first tile
 
@@ -109,7 +111,7 @@ finish() {
     fi
     # mpiexec's processes notice within moments that it is gone.
     i=0
-    while [ -n "$(marked)" ] && [ $i -lt 200 ]; do nap 50; i=$((i + 1)); done
+    while [ -n "$(marked)" ] && [ $i -lt $((LEFT * 20)) ]; do nap 50; i=$((i + 1)); done
     for p in $(marked); do left=$((left + 1)); kill -9 "$p"; done
 }
 

@@ -50,7 +50,7 @@ chmod +x "$T/mpiexec" "$T/farm"
 
 # notices WRONG COLUMN-OF-THE-TABLE: a run without a fault must fail, with a 1 in that column and in no other.
 notices() {
-    WRONG=$1 MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none FAULTS_LIMIT=2 \
+    WRONG=$1 MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none FAULTS_LIMIT=2 FAULTS_LEFT=1 \
         sh bench/faults.sh 1 1 >"$T/table" 2>&1
     status=$?
     rm -f /dev/shm/farm-test-*
