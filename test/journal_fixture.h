@@ -146,6 +146,7 @@ static inline void check_resume(struct scratch *s, uint32_t records, size_t dama
 static inline struct journal *open_damaged(struct scratch *s, const char *bytes, size_t size,
                                            struct seen *seen)
 {
+    unlink(PATH); /* some file systems flush what replaces the bytes of a file */
     write_bytes(PATH, bytes, size);
     struct journal *journal = open_as(s, PICTURE, seen);
     assert_non_null(journal);

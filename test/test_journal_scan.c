@@ -18,6 +18,19 @@
 #include "master/journal_scan.h"
 #include "test/journal_fixture.h"
 
+/* Syncs would take most of the time; test_journal.c tests when there is one. */
+int fdatasync(int file)
+{
+    (void)file;
+    return 0;
+}
+
+int fsync(int file)
+{
+    (void)file;
+    return 0;
+}
+
 /* A torn record is cut off as soon as the journal is opened, so that it is gone even if that run is killed. */
 static void check_cut(struct scratch *s, size_t size)
 {
@@ -39,11 +52,12 @@ static void test_torn_at_every_byte(void **state)
     write_journal(s, RECORDS);
     assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
     for (size_t length = 0; length <= SIZE; length++) {
+        unlink(PATH);
         write_bytes(PATH, bytes, length);
         size_t records = length < HEADER ? 0 : (length - HEADER) / RECORD;
         size_t damaged = length < HEADER ? 0 : (length - HEADER) % RECORD;
-        if (length % 19 == 0) check_cut(s, HEADER + records * RECORD);
-        if (length % 19 == 0) write_bytes(PATH, bytes, length);
+        check_cut(s, HEADER + records * RECORD);
+        write_bytes(PATH, bytes, length);
         check_resume(s, (uint32_t)records, damaged, RECORDS);
     }
     assert_int_equal(access(PATH ".1", F_OK), -1);
@@ -70,10 +84,10 @@ static void test_every_bit_turned(void **state)
                                                 "what they held is rendered again\n"
                                          : PATH ": warning: the first bytes of the journal are "
                                                 "damaged, what stands behind them is used\n");
-        if (bit % 19 == 0) append(journal, 3); /* synced at the end, which takes its time */
+        append(journal, 3);
         journal_close(journal);
         journal = open_as(s, PICTURE, &seen);
-        assert_true(!seen.wrong && seen.records == RECORDS - hit + (bit % 19 == 0) && !*s->said);
+        assert_true(!seen.wrong && seen.records == RECORDS - hit + 1 && !*s->said);
         journal_close(journal);
     }
     assert_int_equal(access(PATH ".1", F_OK), -1);
