@@ -30,7 +30,7 @@ void take_refinements(struct server *server, const struct tile *tile,
 {
     adaptive_refinements(server->service->adaptive, tile, refinements);
     if (tile->id >= server->sampled_room) {
-        server->sampled_room = tile->id < 512 ? 1024 : 2 * tile->id;
+        server->sampled_room = 2 * tile->id + 1024;
         server->sampled =
             reallocate(server->sampled, server->sampled_room, sizeof *server->sampled);
     }

@@ -181,7 +181,9 @@ static void test_waits_are_counted(void **state)
     assert_true(farm->server.polled_at > clock_wall() - 100);
     arrivals_leave(farm->arrivals, 1);
     farm->server.polled_at = clock_wall() - 100;
+    farm->served.answer_wait_s = 1000; /* of earlier answers */
     assert_true(take_in(&farm->server));
+    farm->served.answer_wait_s -= 1000;
     assert_true(farm->stats[1].tiles == 2 && farm->served.answers == 2);
     /* The queue hears what each has taken. */
     const struct pace_service *service = &farm->service.queue->pace.service;
@@ -258,6 +260,7 @@ enum wrong {
     RESULT_TOO_LONG,
     RESULT_TOO_SHORT,
     RESULT_WITHOUT_PIXELS,
+    SECOND_PART_TOO_SHORT,
     RESULT_EMPTY,
     RESULT_OF_OTHERS,
     UNFINISHED_IN_NO_TIME,
@@ -287,7 +290,10 @@ static void send_result(struct farm *farm, enum wrong wrong)
         header.pixels = RESULT_UNFINISHED, header.busy_s = (double)NAN;
     if (wrong == RESULT_TOO_SHORT) header.pixels = RESULT_UNFINISHED;
     if (wrong == RESULT_OF_OTHERS) tile.id = 9999;
+    if (wrong == SECOND_PART_TOO_SHORT)
+        write_part(&tile, (struct result_header){.pixels = RESULT_UNFINISHED, .busy_s = 1});
     write_part(&tile, header);
+    if (wrong == SECOND_PART_TOO_SHORT) letter.size -= 8;
     if (wrong == RESULT_TOO_LONG) letter.size += 8;
     if (wrong == RESULT_WITHOUT_PIXELS) letter.size = sizeof header;
     if (wrong == RESULT_TOO_SHORT) letter.size = sizeof header - 8;
