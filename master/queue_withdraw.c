@@ -92,7 +92,7 @@ void queue_withdraw(struct queue *queue)
 
 void queue_end_probes(struct queue *queue, double now)
 {
-    if (!queue->is_dynamic || queue->settled || queue->probes_ended) return;
+    if (queue->settled || queue->probes_ended) return;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++)
         recall_unbegun(queue, renderer, is_probe);
     queue->next_probe = queue->map.probes;

@@ -190,7 +190,12 @@ static void test_probes_end(void **state)
             take_turn(queue, 3, &seed, now += 1e-3, seen);
         uint32_t out = probes_out(queue), given = queue->next_probe, recalls = 0;
         bool knew = queue->settled, knows = queue->map.blocks_known > 0;
+        uint64_t news = queue_news(queue);
+        queue_end_probes(queue, now); /* of which idle renderers are told once */
+        assert_true((queue_news(queue) > news) == !knew);
+        news = queue_news(queue);
         queue_end_probes(queue, now);
+        assert_int_equal(queue_news(queue), news);
         assert_true(queue->settled == (knew || knows));
         for (struct recall recall; queue_next_recall(queue, &recall); recalls++)
             assert_true(!recall.finished && queue->items[recall.id].pass == TILE_PROBE);
