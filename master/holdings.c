@@ -80,7 +80,7 @@ void holdings_end_lot(struct holdings *holdings, uint32_t renderer)
     struct holder *holder = &holdings->holders[renderer];
     holder->lots_given++;
     holder->lots++;
-    if (holder->open >= 2) heap_put(&holdings->stocked, renderer, holder->open);
+    heap_put(&holdings->stocked, renderer, holder->open);
 }
 
 uint32_t holdings_most_open(struct holdings *holdings)
@@ -89,13 +89,10 @@ uint32_t holdings_most_open(struct holdings *holdings)
     uint32_t renderer;
     while ((renderer = heap_top(stocked)) != HEAP_ABSENT) {
         uint32_t open = holdings->holders[renderer].open;
-        if (open == stocked->entries[0].key) return renderer;
-        if (open >= 2)
-            heap_put(stocked, renderer, open);
-        else
-            heap_remove(stocked, renderer);
+        if (open == stocked->entries[0].key) break;
+        heap_put(stocked, renderer, open);
     }
-    return HEAP_ABSENT;
+    return renderer;
 }
 
 /* The index of the renderer's hold on this tile, or HOLD_NONE; *before: the one before it in the list, or

@@ -38,7 +38,7 @@ struct holdings {
     struct hold *holds;
     uint32_t hold_count, free; /* free: head of the list of unused holds */
     uint32_t busy;             /* number of renderers that hold a tile */
-    struct heap stocked;       /* renderers with two open tiles or more; keys may be too high */
+    struct heap stocked;       /* renderers by their open tiles; keys may be too high */
 };
 
 /* Of this many renderers, none of which holds anything. */
@@ -51,9 +51,9 @@ uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id
                        bool may_pass, uint32_t other);
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer);
 
-/* The renderer with most open tiles, two at least; HEAP_ABSENT: there is none. The heap is updated only when a
- * lot is complete, as tiles leave all the time and this is asked only at the end: keys that are out of date are
- * corrected here. */
+/* The renderer with most open tiles; HEAP_ABSENT: none has had a lot. The heap is updated only when a lot is
+ * complete, as tiles leave all the time and this is asked only at the end: keys that are out of date are corrected
+ * here. */
 uint32_t holdings_most_open(struct holdings *holdings);
 
 /* The renderer's hold on a tile; NULL: it does not have the tile. Valid until the next holdings_give(). */
