@@ -28,12 +28,13 @@ static void test_cheap_are_joined(void **state)
             count = queue_next(queue, renderer, now, tiles);
             for (uint32_t i = 0; i < count; i++) {
                 /* The right quarter is a hundred times as dear. */
-                bool is_dear = tiles[i].x >= 150;
+                bool is_dear = tiles[i].x >= 144;
                 double seconds = 1e-6 * tile_pixels(&tiles[i]) * (is_dear ? 100 : 1);
                 float probed[LOT_TILES];
                 if (tiles[i].pass == TILE_PROBE) {
                     for (uint32_t k = 0; k < tile_pixels(&tiles[i]); k++)
-                        probed[k] = tiles[i].x + 8 * k >= 150 ? 1e-4f : 1e-6f;
+                        probed[k] =
+                            tiles[i].x + 8 * k >= 144 ? 1e-4f : 1e-8f * (float)(tiles[i].x + 8 * k);
                     queue_probed(queue, &tiles[i], probed);
                 } else {
                     mark(seen, &config, &tiles[i]);
@@ -49,6 +50,20 @@ static void test_cheap_are_joined(void **state)
     assert_true(joined > 20 && dear == 0);
     assert_int_equal(queue_count(queue).pixels_finished, config.width * config.height);
     free(seen);
+    queue_destroy(queue);
+}
+
+/* Of cheap tiles, those that may be expensive stay as they are. */
+static void test_uncertain_stay_apart(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 512, .height = 512, .renderers = 2, .tile_edge = 8};
+    struct queue *queue = queue_create(&config);
+    queue->items[1].worst *= 10;
+    queue_join(queue);
+    assert_true(area(&queue->items[0]) == 64 && area(&queue->items[2]) == 256);
+    assert_int_equal(queue_count(queue).tiles, 64 * 64 / 4 + 2);
     queue_destroy(queue);
 }
 
@@ -138,6 +153,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cheap_are_joined),
+        cmocka_unit_test(test_uncertain_stay_apart),
         cmocka_unit_test(test_joined_before_all_probes),
         cmocka_unit_test(test_more_are_joined_in_a_hurry),
         cmocka_unit_test(test_large_are_not_joined),
