@@ -18,7 +18,8 @@ struct journal_scan {
     size_t largest;   /* payload, bytes */
     void *payload;    /* room for it; owned */
     uint64_t in_vain; /* bytes read for what turned out not to be a record */
-    char *window;     /* a part of the file; owned */
+    char *
+        window; /* a part of the file, which begins at or before the place that is looked at; owned */
     uint64_t window_at;
     size_t window_bytes;
 };
@@ -74,7 +75,7 @@ static bool read_header(const struct journal_scan *scan, uint64_t at, struct rec
 {
     if (at >= scan->size || scan->size - at < sizeof *header) return false;
     uint64_t end = scan->window_at + scan->window_bytes;
-    if (at >= scan->window_at && at + sizeof *header <= end)
+    if (at + sizeof *header <= end)
         memcpy(header, scan->window + (at - scan->window_at), sizeof *header);
     else if (!read_at(scan->file, header, sizeof *header, at))
         return false;
@@ -126,9 +127,9 @@ static bool find_magic(struct journal_scan *scan, uint64_t *at)
 {
     static const uint32_t magic = RECORD_MAGIC;
     const size_t before = offsetof(struct record_header, magic);
-    while (*at < scan->size && scan->size - *at >= sizeof(struct record_header)) {
+    while (*at < scan->size) {
         uint64_t end = scan->window_at + scan->window_bytes;
-        bool is_inside = *at >= scan->window_at && *at + before + sizeof magic <= end;
+        bool is_inside = *at + before + sizeof magic <= end;
         if (!is_inside && !fill_window(scan, *at)) {
             *at = (*at / BLOCK + 1) * BLOCK;
             continue;

@@ -46,9 +46,9 @@ struct journal_scan *journal_scan_begin(int file, uint64_t size, uint64_t pictur
 void journal_scan_end(struct journal_scan *scan);
 
 /*
- * Finds the first good record at *offset or after it, and sets *offset to its place. *skipped: how many bytes
- * before it are damaged, without gaps at *offset. The payload is valid until the next call. false: there is
- * none, or finding one takes too long; *skipped is then all that is left.
+ * Finds the first good record at *offset, which never decreases from call to call, or after it, and sets *offset to
+ * its place. *skipped: how many bytes before it are damaged, without gaps at *offset. The payload is valid until the
+ * next call. false: there is none, or finding one takes too long; *skipped is then all that is left.
  */
 bool journal_scan_next(struct journal_scan *scan, uint64_t *offset, uint64_t *skipped,
                        struct journal_record *record);

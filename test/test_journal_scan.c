@@ -257,20 +257,23 @@ static void test_last_without_payload(void **state)
     journal_remove(journal);
 }
 
-/* A gap whose length would lead back to its beginning, in a file that was made so. */
-static void test_endless_gap(void **state)
+/* A gap whose length would lead back to its beginning, or just behind the end, in files that were made so. */
+static void test_impossible_gaps(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
-    struct record_header gap = {.magic = GAP_MAGIC, .bytes = UINT64_MAX - 63};
+    const uint64_t lengths[] = {UINT64_MAX - 63, PAYLOAD + 1};
     char bytes[HEADER + RECORD];
-    write_journal(s, 1);
-    assert_int_equal(read_file(PATH, bytes, sizeof bytes), sizeof bytes);
-    gap.checksum = record_checksum(PICTURE, HEADER, &gap, NULL);
-    memcpy(bytes + HEADER, &gap, sizeof gap);
-    struct journal *journal = open_damaged(s, bytes, sizeof bytes, &seen);
-    assert_int_equal(journal_found(journal).damaged_bytes, RECORD);
-    journal_remove(journal);
+    for (int i = 0; i < 2; i++) {
+        struct record_header gap = {.magic = GAP_MAGIC, .bytes = lengths[i]};
+        write_journal(s, 1);
+        assert_int_equal(read_file(PATH, bytes, sizeof bytes), sizeof bytes);
+        gap.checksum = record_checksum(PICTURE, HEADER, &gap, NULL);
+        memcpy(bytes + HEADER, &gap, sizeof gap);
+        struct journal *journal = open_damaged(s, bytes, sizeof bytes, &seen);
+        assert_int_equal(journal_found(journal).damaged_bytes, RECORD);
+        journal_remove(journal);
+    }
 }
 
 /* The file is searched in windows of this many bytes, of which the first begins at the second byte of the first record
@@ -505,7 +508,7 @@ int main(void)
         cmocka_unit_test(test_unusable_records),   cmocka_unit_test(test_refused_alone),
         cmocka_unit_test(test_smallest_gap),       cmocka_unit_test(test_bytes_between_records),
         cmocka_unit_test(test_interrupted_reads),  cmocka_unit_test(test_unread),
-        cmocka_unit_test(test_endless_gap),        cmocka_unit_test(test_last_without_payload),
+        cmocka_unit_test(test_impossible_gaps),    cmocka_unit_test(test_last_without_payload),
         cmocka_unit_test(test_across_windows),     cmocka_unit_test(test_impossible_seconds),
         cmocka_unit_test(test_no_file_stays_open),
     };
