@@ -46,13 +46,17 @@ static int end_sample(void **state)
 }
 
 /* A ray that leaves the scene for the sky. */
-static void add_ray(struct omission *omission, const struct radiance *radiance, double bound,
-                    struct vec3 weight, bool coarse)
+static void set_ray(struct branch *branch, struct vec3 weight, bool coarse)
 {
-    struct branch *branch = omission_add(omission, radiance, bound, 1);
     branch->ray = (struct ray){.direction = {0, 1, 0}, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
     branch->weight = weight;
     branch->coarse = coarse;
+}
+
+static void add_ray(struct omission *omission, const struct radiance *radiance, double bound,
+                    struct vec3 weight, bool coarse)
+{
+    set_ray(omission_add(omission, radiance, bound, 1), weight, coarse);
 }
 
 static void test_many_rays_are_folded(void **state)
@@ -108,6 +112,23 @@ static void test_largest_stay(void **state)
         for (uint32_t i = 0; i < OMISSION_KEPT; i++)
             assert_true(omission->pending.bounds[i] >= OMISSION_MAX - OMISSION_KEPT);
     }
+}
+
+/* Rays that the picture has left at max_depth get bounds for any depth; others, which have such bounds, keep them. */
+static void test_rays_of_the_picture(void **state)
+{
+    struct sample *sample = *state;
+    struct tree tree = {0};
+    const uint32_t last = sample->scene->view.max_depth;
+    add_ray(&sample->omission, &sample->radiance, 1, vec3(1, 1, 1), false);
+    for (uint32_t depth = last - 1; depth <= last; depth++)
+        set_ray(tree_add(&tree, 0x1p-9, depth), vec3(1, 1, 1), false);
+    omission_take(&sample->omission, &sample->radiance, &tree);
+    const struct branch *branch = sample->omission.pending.pending;
+    assert_true(tree.count == 0 && sample->omission.pending.count == 3);
+    assert_true(branch[0].bound == 1 && branch[1].bound == 0x1p-9 && branch[2].coarse);
+    assert_true(omission_bound(&sample->omission) > 1.5);
+    tree_free(&tree);
 }
 
 /* A few rays that nobody looks at count, too. */
@@ -253,6 +274,7 @@ int main(void)
                                         end_sample),
         cmocka_unit_test_setup_teardown(test_largest_stay, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_equal_rays_are_folded, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_rays_of_the_picture, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_few_rays_count, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_every_sample_looks, begin_sample, end_sample),
         cmocka_unit_test_setup_teardown(test_folded_is_not_yet_looked_at, begin_sample, end_sample),
