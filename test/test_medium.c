@@ -115,6 +115,17 @@ static void test_unmatched(void **state)
     end();
 }
 
+/* The same medium is behind sheets of one index, and behind one solid. */
+static void test_same_medium(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    uint32_t disc = primitive_id(PRIMITIVE_DISC, 0), plane = primitive_id(PRIMITIVE_PLANE, 0);
+    assert_true(is_same_medium(scene, disc, disc) && !is_same_medium(scene, disc, plane));
+    assert_false(is_same_medium(scene, disc, sphere(GLASS)));
+    free(scene);
+}
+
 /* A medium entered through a mesh or a sheet is left through any other of that index. */
 static void test_open_surfaces(void **state)
 {
@@ -474,6 +485,7 @@ int main(void)
         cmocka_unit_test(test_nested),
         cmocka_unit_test(test_overlapping),
         cmocka_unit_test(test_unmatched),
+        cmocka_unit_test(test_same_medium),
         cmocka_unit_test(test_open_surfaces),
         cmocka_unit_test(test_by_side),
         cmocka_unit_test(test_deep_nesting),
