@@ -55,25 +55,33 @@ static void test_strips_are_the_papers(void **state)
     queue_destroy(queue);
 }
 
-static void test_cyclic_deals_pixels(void **state)
+/* Pixel i goes to renderer i mod P, and nobody gets a tile without pixels. */
+static void deal_pixels(uint32_t width, uint32_t height, uint32_t renderers)
 {
-    (void)state;
     struct queue_config config = {
-        .schedule = SCHEDULE_CYCLIC, .width = 333, .height = 200, .renderers = 7};
+        .schedule = SCHEDULE_CYCLIC, .width = width, .height = height, .renderers = renderers};
     struct queue *queue = queue_create(&config);
-    for (uint32_t r = 0; r < 7; r++) {
+    for (uint32_t r = 0; r < renderers; r++) {
         struct tile tile;
         while (next_tile(queue, r, &tile)) {
+            assert_true(tile_pixels(&tile) > 0);
             for (uint32_t k = 0; k < tile_pixels(&tile); k++) {
                 uint32_t x, y;
                 tile_pixel(&tile, k, &x, &y);
-                assert_int_equal((y * 333 + x) % 7, r);
+                assert_int_equal((y * width + x) % renderers, r);
             }
             queue_finish(queue, r, tile.id, 0, 0);
         }
     }
-    assert_int_equal(queue_count(queue).pixels_finished, 333 * 200);
+    assert_int_equal(queue_count(queue).pixels_finished, width * height);
     queue_destroy(queue);
+}
+
+static void test_cyclic_deals_pixels(void **state)
+{
+    (void)state;
+    deal_pixels(333, 200, 7);
+    deal_pixels(3, 1, 4);
 }
 
 /* As in Tachyon, row y goes to processor y mod P. */
