@@ -260,6 +260,70 @@ static void test_all_levels(void **state)
     free(scene);
 }
 
+/* Whether a ray meets the cube around the origin with this half edge. */
+static bool meets_cube(const struct ray *ray, double half)
+{
+    const double o[3] = {ray->origin.x, ray->origin.y, ray->origin.z};
+    const double d[3] = {ray->direction.x, ray->direction.y, ray->direction.z};
+    double enter = 0, leave = HUGE_VAL;
+    for (int axis = 0; axis < 3; axis++) {
+        double a = (-half - o[axis]) / d[axis], b = (half - o[axis]) / d[axis];
+        enter = fmax(enter, fmin(a, b));
+        leave = fmin(leave, fmax(a, b));
+    }
+    return enter <= leave;
+}
+
+/* In the dark only rays that meet the box around a mirror bring light, or that go nobody knows where. */
+static void test_box_is_met(void **state)
+{
+    (void)state;
+    const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
+    struct scene *scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, 4);
+    struct radiance radiance;
+    struct ray ray = {.t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+    uint64_t random = 79;
+    radiance_init(&radiance, scene);
+    for (int i = 0; i < 3000; i++) {
+        ray.origin = random_vector(&random, 3);
+        ray.direction = random_vector(&random, 1);
+        double most = radiance_bound(&radiance, &ray, one, 1, true);
+        assert_true(most == 0 || most >= 0.5);
+        if (meets_cube(&ray, 0.999)) assert_true(most > 0);
+        if (!meets_cube(&ray, 1.001)) assert_true(most == 0);
+    }
+    ray.direction.x = (double)NAN;
+    assert_true(radiance_bound(&radiance, &ray, one, 1, true) >= 0.5);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* Each component has a bound of its own: that of the sky at its brightest, and of what a mirror adds. */
+static void test_components(void **state)
+{
+    (void)state;
+    const struct vec3 weights[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    struct builder *builder = builder_create();
+    struct material mirror = {.color = one, .ambient = 0.25, .reflection = 1, .ior = 1};
+    struct sphere sphere = {{0, 0, 0}, 1, 0, 0};
+    assert_added(builder_add_material(builder, &mirror, &sphere.material));
+    assert_added(builder_add_sphere(builder, &sphere));
+    struct view view = small_view(EDGE);
+    view.background_bottom = vec3(0.25, 0.75, 0.25);
+    view.background_top = vec3(0.75, 0.25, 0.75);
+    struct scene *scene = finish_in_view(builder, &view);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    struct ray lost = {{0, 0, 5}, {(double)NAN, 1, 0}, HUGE_VAL, PRIMITIVE_NONE, 0};
+    for (int c = 0; c < 3; c++) {
+        double sky = radiance_bound(&radiance, &lost, weights[c], view.max_depth, true);
+        double two = radiance_coarse_bound(&radiance, weights[c], view.max_depth - 1, true);
+        assert_true(sky >= 0.75 && sky < 0.75 + 1e-6 && two >= 1 && two < 1 + 1e-6);
+    }
+    radiance_free(&radiance);
+    free(scene);
+}
+
 /* Whether the bound assumes that a ray from the mirror may hit it again. */
 static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct vec3 direction)
 {
@@ -533,6 +597,8 @@ int main(void)
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_lossless_levels),
         cmocka_unit_test(test_all_levels),
+        cmocka_unit_test(test_box_is_met),
+        cmocka_unit_test(test_components),
         cmocka_unit_test(test_met_again),
         cmocka_unit_test(test_past),
         cmocka_unit_test(test_claims),

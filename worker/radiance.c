@@ -124,7 +124,6 @@ static void far_component(struct radiance *radiance, unsigned c, double sky)
     double base = sky, each = 0;
     for (uint32_t g = 0; g < radiance->groups; g++) {
         double direct = radiance->direct[c][g], kept = radiance->passed[c][g] * BOUND_SLACK;
-        if (!(direct > 0) && kept <= 1) continue; /* adds nothing */
         if (1 - kept >= 1 / radiance->deepest)
             base = fmax(base, direct / (1 - kept) * BOUND_SLACK);
         else if (radiance->passed[c][g] <= 1 + 4 * UNIT_ROUNDOFF)
