@@ -111,6 +111,45 @@ static void test_surface_of_ground_sphere(void **state)
     free(scene);
 }
 
+static struct scene *one_triangle(const struct vec3 corners[3], int exponent)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_triangle(builder, vec_scale_exactly(corners[0], exponent),
+                 vec_scale_exactly(corners[1], exponent), vec_scale_exactly(corners[2], exponent),
+                 0);
+    return finish_scene(builder);
+}
+
+/* A triangle that is larger than the way to it has a point with the same bits at any scale. */
+static void test_surface_of_scaled_triangle(void **state)
+{
+    (void)state;
+    static const int exponents[] = {-900, -500, -360, 400, 900};
+    uint64_t random = 1;
+    for (int i = 0; i < 1000; i++) {
+        struct vec3 at[3] = {random_vector(&random, 1), random_vector(&random, 1),
+                             random_vector(&random, 1)};
+        double u = random_between(&random, 0, 1), v = random_between(&random, 0, 1 - u);
+        struct vec3 way = random_vector(&random, 0.1), to = vec_scale(at[0], 1 - u - v);
+        to = vec_add_scaled(vec_add_scaled(to, at[1], u), at[2], v);
+        struct ray ray = ray_along(vec_sub(to, way), vec_normalize(way));
+        struct hit hit = {vec_length(way), u, v, primitive_id(PRIMITIVE_TRIANGLE, 0), 0, 0};
+        struct surface here, there;
+        struct scene *scene = one_triangle(at, 0);
+        surface_at(scene, &ray, &hit, &here);
+        free(scene);
+        int exponent = exponents[i % 5];
+        scene = one_triangle(at, exponent);
+        ray.origin = vec_scale_exactly(ray.origin, exponent);
+        hit.t = ldexp(hit.t, exponent);
+        surface_at(scene, &ray, &hit, &there);
+        free(scene);
+        assert_vector_near(vec_scale_exactly(there.point, -exponent), here.point, 0);
+        assert_vector_near(there.geometric, here.geometric, 0);
+    }
+}
+
 /* ---- surfaces that touch ---- */
 
 static struct ray going_on(const struct scene *scene, const struct ray *ray, const struct hit *hit,
@@ -240,6 +279,7 @@ int main(void)
         cmocka_unit_test(test_surface_of_patch),
         cmocka_unit_test(test_surface_from_far_away),
         cmocka_unit_test(test_surface_of_ground_sphere),
+        cmocka_unit_test(test_surface_of_scaled_triangle),
         cmocka_unit_test(test_one_passage_at_an_edge),
         cmocka_unit_test(test_box_on_a_floor),
         cmocka_unit_test(test_edge_of_a_far_box),

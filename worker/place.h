@@ -55,6 +55,13 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
     return vec_largest(vec_sub(b, a)) + vec_largest(vec_sub(c, a));
 }
 
+/* Whether the products of lengths by which a point is found, of up to four of them, and their low parts stay in the
+ * range of double. */
+static inline bool size_is_ordinary(double size)
+{
+    return (size > 0x1p-200) & (size < 0x1p200);
+}
+
 /*
  * A hit on an edge is also on the neighbouring triangle, as far as rounding can tell. The origin of a
  * secondary ray would be on a random side of the neighbour, and a ray reflected into a corner could be lost

@@ -119,13 +119,14 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
     return near == 0;
 }
 
-/* Stores the point of a triangle; not sure if it may have to be drawn in. */
+/* Stores the point of a triangle; not sure if it may have to be drawn in or scaled. */
 static inline void put_triangle(struct points *points, uint32_t i, const struct place *place,
                                 struct vec3 b, struct vec3 c)
 {
     struct vec3 a = place->anchor, across = vec_cross(vec_sub(b, a), vec_sub(c, a));
-    bool sure = points->sure[i] != 0;
-    sure &= !may_move_inward(points->u[i], points->v[i], across, triangle_size(a, b, c),
+    double size = triangle_size(a, b, c);
+    bool sure = (points->sure[i] != 0) & size_is_ordinary(size);
+    sure &= !may_move_inward(points->u[i], points->v[i], across, size,
                              vec_largest(place_rounded(place)));
     struct vec3 normal = plain_unit(across, &sure);
     put_surface(points, i, place, normal, sure);
