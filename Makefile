@@ -198,6 +198,9 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 $(addprefix %/worker/,points.o points_light.o points_order.o points_solids.o points_triangles.o radiance.o sample.o): \
     FLAGS += -fno-trapping-math -Wno-pass-failed
 
+# A test of cmocka gets a state, which few tests use.
+$(BUILD)/test/%.o $(BUILD)/avx2/test/%.o: FLAGS += -Wno-unused-parameter
+
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made
 

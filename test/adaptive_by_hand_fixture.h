@@ -3,16 +3,11 @@
 #define FARM_TEST_ADAPTIVE_BY_HAND_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "common/protocol.h"
 #include "master/adaptive.h"
 #include "test/adaptive_view_fixture.h"
+#include "test/unit.h"
 
 /* Wider than high. */
 enum { WIDE = 24, HIGH = 8, ALL = WIDE * HIGH };

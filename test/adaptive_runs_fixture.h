@@ -3,13 +3,7 @@
 #define FARM_TEST_ADAPTIVE_RUNS_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/hash.h"
 #include "common/message.h"
@@ -19,6 +13,7 @@
 #include "test/adaptive_view_fixture.h"
 #include "test/halves.h"
 #include "test/sample_fixture.h"
+#include "test/unit.h"
 
 typedef double scene_function(double x, double y);
 

@@ -2,15 +2,11 @@
 #ifndef FARM_TEST_FATAL_H
 #define FARM_TEST_FATAL_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test/unit.h"
 
 /* Asserts that try(state) ends the process with status 1, and prints exactly `expected` on stderr, at most 255
  * bytes. */

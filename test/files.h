@@ -1,4 +1,4 @@
-/* Files that tests write and read as a whole. To be included after cmocka.h. */
+/* Files that tests write and read as a whole. */
 #ifndef FARM_TEST_FILES_H
 #define FARM_TEST_FILES_H
 
@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "test/unit.h"
 
 static inline void write_bytes(const char *path, const void *bytes, size_t size)
 {

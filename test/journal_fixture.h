@@ -3,18 +3,13 @@
 #define FARM_TEST_JOURNAL_FIXTURE_H
 
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "master/journal.h"
 #include "test/scratch.h"
+#include "test/unit.h"
 
 #define PICTURE UINT64_C(0x123456789abcdef0)
 #define PATH    "a.journal"
@@ -120,7 +115,6 @@ static inline int journal_tests_open(void **state)
 /* The last test of a group: no other one has left a file open. */
 static inline void test_no_file_stays_open(void **state)
 {
-    (void)state;
     assert_int_equal(count_open(), open_at_first);
 }
 

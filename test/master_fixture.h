@@ -4,20 +4,15 @@
 #define FARM_TEST_MASTER_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/clock.h"
 #include "common/tray.h"
 #include "master/server.h"
 #include "test/arrivals_fixture.h"
 #include "test/mpi_done.h"
+#include "test/unit.h"
 
 /* Renderer 0 is rank 0's own, 1 is on rank 1. */
 #define RENDERERS 2

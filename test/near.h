@@ -1,8 +1,10 @@
-/* Assertions about numbers. To be included after cmocka.h. */
+/* Assertions about numbers. */
 #ifndef FARM_TEST_NEAR_H
 #define FARM_TEST_NEAR_H
 
 #include <math.h>
+
+#include "test/unit.h"
 
 static inline void assert_near(double value, double expected, double tolerance)
 {

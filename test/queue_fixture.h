@@ -4,15 +4,10 @@
 #define FARM_TEST_QUEUE_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/queue_parts.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 /* Four renderers and twelve tiles. */
 static const struct queue_config four = {

@@ -2,14 +2,8 @@
 #ifndef FARM_TEST_QUEUE_HALVES_FIXTURE_H
 #define FARM_TEST_QUEUE_HALVES_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "master/queue_parts.h"
+#include "test/unit.h"
 
 /* Answers a probe tile: pixels in the left half cost a hundred times as much as the others. */
 static inline void probe_halves(struct queue *queue, const struct tile *probe, uint32_t width)

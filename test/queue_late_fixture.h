@@ -2,14 +2,8 @@
 #ifndef FARM_TEST_QUEUE_LATE_FIXTURE_H
 #define FARM_TEST_QUEUE_LATE_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "test/queue_fixture.h"
+#include "test/unit.h"
 
 /* So many tiles that lots are large. */
 static const struct queue_config many = {

@@ -3,20 +3,15 @@
 #define FARM_TEST_REPORT_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "common/scene.h"
 #include "master/report.h"
 #include "test/text.h"
+#include "test/unit.h"
 
 /* A run on count renderers in which rank i was busy for 3 + i / 100 of 4 seconds. */
 static inline struct report sample_report(struct renderer_stats *renderers, int count)

@@ -3,20 +3,15 @@
 #define FARM_TEST_SCENE_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "common/scene.h"
 #include "master/builder.h"
 #include "test/near.h"
 #include "test/random.h"
+#include "test/unit.h"
 #include "worker/bvh.h"
 #include "worker/kernel.h"
 #include "worker/nearest.h"

@@ -3,21 +3,16 @@
 #define FARM_TEST_SCRATCH_H
 
 #include <linux/magic.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/vfs.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
 #include "master/load.h"
 #include "test/files.h"
+#include "test/unit.h"
 
 struct scratch {
     char folder[64];

@@ -1,15 +1,10 @@
 /* Whole runs of adaptive sampling: when they end, what does not change them, and which pixels get samples. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "master/watch.h"
 #include "test/adaptive_runs_fixture.h"
+#include "test/unit.h"
 
 /* What a run comes to, without its picture. */
 static struct result outcome(scene_function *f, const struct view *view, double target)
@@ -28,7 +23,6 @@ static double flat(double x, double y)
 
 static void test_flat_needs_one_pass(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct result result = outcome(flat, &view, 1e-4);
     assert_int_equal(result.passes, 1);
@@ -45,7 +39,6 @@ static double squares(double x, double y)
 
 static void test_contrast_is_looked_into(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 16);
     struct result result = outcome(squares, &view, 0);
     assert_true(result.passes > 1 && result.samples > 4 && result.estimated == 0);
@@ -54,7 +47,6 @@ static void test_contrast_is_looked_into(void **state)
 /* One thread and several plan the same, bit for bit. */
 static void test_pools_plan_the_same(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct result alone, together;
     run(&alone, ball, &view, 0.001, 16, false);
@@ -77,7 +69,6 @@ static void test_pools_plan_the_same(void **state)
  * was not, however many rows were added in between. */
 static void test_rows_show_why_it_ended(void **state)
 {
-    (void)state;
     const double target = 0.002;
     struct view view = view_of(4, 1024);
     struct canvas canvas;
@@ -103,7 +94,6 @@ static void test_rows_show_why_it_ended(void **state)
 /* How the passes are cut into tiles, and in what order these come back, changes no bit. */
 static void test_tiles_do_not_matter(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct result first;
     run(&first, ball, &view, 0.002, 32, false);
@@ -131,7 +121,6 @@ static double lit_ball(double x, double y)
  * range of floats. */
 static void test_brightness_does_not_matter(void **state)
 {
-    (void)state;
     static uint32_t wanted[PIXELS];
     const double lights[] = {1, 0x1p80, 0x1p-80};
     struct view view = view_of(4, 1024);
@@ -153,7 +142,6 @@ static void test_brightness_does_not_matter(void **state)
 /* The first samples meet the wire in few of its pixels; from these nearly all of the others are found. */
 static void test_wire_is_followed(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 4096);
     struct result result;
     run(&result, wire, &view, 0.003, 32, false);
@@ -177,7 +165,6 @@ static void test_wire_is_followed(void **state)
 
 static void test_max_samples_end_it(void **state)
 {
-    (void)state;
     struct view view = view_of(2, 12);
     double high = outcome(ball, &view, 1e-9).high;
     uint32_t most = 0;
@@ -193,7 +180,6 @@ static void test_max_samples_end_it(void **state)
  * max_samples in a pass, or in several. */
 static void test_out_of_reach(void **state)
 {
-    (void)state;
     for (uint32_t most = 64; most <= 1024; most *= 4) {
         struct view view = view_of(4, most), all_view = view_of(most - 2, most);
         struct result result = outcome(ball, &view, 1e-5), all = outcome(ball, &all_view, 1);
@@ -207,7 +193,6 @@ static void test_out_of_reach(void **state)
 /* A target that max_samples just reach is met; one that they miss does not make all pixels get them. */
 static void test_just_in_reach(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     double least = outcome(ball, &view, 1e-6).high;
     assert_true(outcome(ball, &view, 1.03 * least).high <= 1.03 * least);
@@ -218,7 +203,6 @@ static void test_just_in_reach(void **state)
 /* A target that max_samples of all pixels meet is met, although less was expected of them. */
 static void test_better_than_expected(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     double least = outcome(scattered, &view, 0).high;
     assert_true(outcome(scattered, &view, 1.1 * least).high <= 1.1 * least);
@@ -238,7 +222,6 @@ static double blinding(double x, double y)
 
 static void test_not_finite(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 256);
     double good = outcome(ball, &view, 0.004).samples;
     scene_function *const scenes[] = {broken, blinding};
@@ -252,7 +235,6 @@ static void test_not_finite(void **state)
 /* To plan by a limit that no pixel reaches, as a journal of unknown origin may have, changes nothing. */
 static void test_vain_plan_changes_nothing(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct result plain, disturbed;
     run(&plain, scattered, &view, 0.012, 16, false);

@@ -1,14 +1,9 @@
 /* The error that adaptive sampling claims against the true one: on edges, and on what most first samples miss, such as
  * thin wires, tiny balls and a bright speck. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/adaptive_runs_fixture.h"
+#include "test/unit.h"
 
 static double half_plane(double x, double y)
 {
@@ -64,7 +59,6 @@ static void check_target(scene_function *f, const double truth[PIXELS], double t
 
 static void test_targets_are_met(void **state)
 {
-    (void)state;
     scene_function *const scenes[] = {half_plane, ball, wire, balls, speck};
     const double targets[] = {0.002, 0.002, 0.004, 0.01, 0.01};
     static double truth[PIXELS];
@@ -173,7 +167,6 @@ static struct ratios check_scattered(scene_function *f, double target, double fa
  */
 static void test_hidden_errors_count(void **state)
 {
-    (void)state;
     const struct ratios kinds[] = {check_scattered(scattered, 0.03, 0.64),
                                    check_scattered(needles, 0.03, 0.64),
                                    check_scattered(scarce, 0.004, 0.7)};
@@ -223,7 +216,6 @@ static double hairs(double x, double y)
  * samples. The intervals have the true error all the same, in all runs but one at most. */
 static void test_intervals_of_hairs(void **state)
 {
-    (void)state;
     const double widths[] = {0.2, 0.3, 0.5}, goals[] = {0.055, 0.047, 0.04};
     struct view view = view_of(4, 4096);
     static double truth[PIXELS];
@@ -253,7 +245,6 @@ static double tilted(double x, double y)
  * all directions, errors are estimated neither too small nor too large. */
 static void test_luck_does_not_matter(void **state)
 {
-    (void)state;
     struct view view = view_of(2, 4096);
     static double truth[PIXELS];
     double estimated = 0, squares = 0;
@@ -293,7 +284,6 @@ static void see_excess(const struct result *result, void *context)
  * chance. */
 static void test_fine_patterns(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 4096);
     static double truth[PIXELS];
     struct excess excess = {.truth = truth};

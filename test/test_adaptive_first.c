@@ -1,15 +1,10 @@
 /* First samples of the pixels that are left when pass 0 is cut off. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/adaptive_by_hand_fixture.h"
 #include "test/adaptive_runs_fixture.h"
 #include "test/lattice_of.h"
+#include "test/unit.h"
 
 /* The seconds that render_tile() counts for the first four samples of a pixel. */
 static double first_seconds(void)
@@ -52,7 +47,6 @@ static void check_lattice(const struct adaptive *adaptive, uint32_t lattice)
  * those of a pass 0 that was not cut off. */
 static void test_cut_off(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result whole, cut;
     static struct refinement expected[PIXELS], asked[PIXELS];
@@ -89,7 +83,6 @@ static void test_cut_off(void **state)
 /* However small the error of those pixels that have samples, the target is not met before all have some. */
 static void test_not_met_without_samples(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result cut;
     cut_off(&cut, ball, &view, 1e9);
@@ -103,7 +96,6 @@ static void test_not_met_without_samples(void **state)
 /* Where there is no time at all, each pass asks for the coarsest lattice that has pixels without samples. */
 static void test_no_time(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result cut;
     cut_off(&cut, ball, &view, 0);
@@ -120,7 +112,6 @@ static void test_no_time(void **state)
  * have come in. From then on it is what those of the last pass took. */
 static void test_time_for_first_samples(void **state)
 {
-    (void)state;
     const struct sent sent = {0.5f, 0, APART, {1, 1}};
     for (int told = 0; told <= 1; told++) {
         struct canvas canvas;
@@ -145,7 +136,6 @@ static void test_time_for_first_samples(void **state)
 /* A pass over a lattice can be planned again from its limit; limits that stand for no lattice are refused. */
 static void test_lattice_again(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result first, again;
     double needed = (double)cut_off(&first, ball, &view, 0) * first_seconds();
@@ -170,7 +160,6 @@ static void test_lattice_again(void **state)
  * read. */
 static void test_strange_limit_cuts_nothing(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result result;
     canvas_init(&result.canvas, EDGE, EDGE);
@@ -192,7 +181,6 @@ static void test_strange_limit_cuts_nothing(void **state)
 /* Once pass 0 is complete, nothing is cut off. */
 static void test_complete_is_not_cut(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct result result;
     canvas_init(&result.canvas, EDGE, EDGE);

@@ -1,14 +1,9 @@
 /* The seconds that adaptive sampling predicts for a lower error, and what it learns from passes for that. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/adaptive_by_hand_fixture.h"
 #include "test/adaptive_runs_fixture.h"
+#include "test/unit.h"
 
 /* Stripes of one to two pixels' width. */
 static double stripes(double x, double y)
@@ -57,7 +52,6 @@ static void check_foresight(scene_function *f, double mean_within, double within
 /* In pictures whose error is in many pixels. The first samples miss many of the balls. */
 static void test_seconds_are_foreseen(void **state)
 {
-    (void)state;
     assert_true(fabs(foresight(stripes, 0.02, 0.01, 0.7) - 1) < 0.1);
     check_foresight(stripes, 1.12, 1.25);
     check_foresight(balls, 1.2, 1.8);
@@ -97,7 +91,6 @@ static double foresee_doubling(struct adaptive *adaptive, double error)
  * if all had come at once. How many rays pixels take does not matter where all take the same. */
 static void test_seconds_of_a_doubling(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct adaptive *adaptive = begin_even(&canvas, 1024, 1e-3);
     assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.26) < 1e-6);
@@ -120,7 +113,6 @@ static void test_seconds_of_a_doubling(void **state)
  * predicted, and none if the error has grown. */
 static void test_promises_are_kept_in_mind(void **state)
 {
-    (void)state;
     const double left[] = {LEFT, 2 * LEFT, 1, 100};
     double before = 0;
     for (int i = 0; i < 4; i++) {
@@ -140,7 +132,6 @@ static void test_promises_are_kept_in_mind(void **state)
 /* Once the target is met, to ask for another pass changes nothing. */
 static void test_asked_again(void **state)
 {
-    (void)state;
     struct canvas canvas;
     double foreseen[250];
     struct adaptive *adaptive = begin_even(&canvas, 1024, EVEN / 1.5);
@@ -165,7 +156,6 @@ static void test_asked_again(void **state)
  * another pass, and then seconds are predicted again. */
 static void test_agreement_by_chance(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 4096);
     struct canvas canvas;
     struct sent sent = {0, 0.25f, 0.1875f, {1, 1}};
@@ -186,7 +176,6 @@ static void test_agreement_by_chance(void **state)
 /* Pixels that have max_samples cannot become better: no time is enough for a lower error. */
 static void test_nothing_left_to_double(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct adaptive *adaptive = begin_even(&canvas, DENSE, 1e-3);
     assert_true(foresee_doubling(adaptive, EVEN) < HUGE_VAL);
@@ -200,7 +189,6 @@ static void test_nothing_left_to_double(void **state)
 /* What a run with more max_samples would take does not depend on those of this run. */
 static void test_with_more_max_samples(void **state)
 {
-    (void)state;
     double foreseen[2];
     for (int i = 0; i < 2; i++) {
         struct canvas canvas;
@@ -216,7 +204,6 @@ static void test_with_more_max_samples(void **state)
 /* Where all halves agree, nothing tells what a lower error would take. */
 static void test_no_error_shows(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct canvas canvas;
     canvas_init(&canvas, WIDE, HIGH);

@@ -1,19 +1,13 @@
 /* What a pass does in a tile: what it asks for of each pixel, and what comes in of them. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/adaptive_by_hand_fixture.h"
+#include "test/unit.h"
 
 /* While pass 0 is under way, only the pixels that are in count. Of a tile that is partly in, all pixels are sent again;
  * those that were in stay as they are. */
 static void test_part_of_a_pass(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct canvas canvas;
     uint64_t pixels, samples;
@@ -46,7 +40,6 @@ static void test_part_of_a_pass(void **state)
 /* So it is where only rows below the first one were in. */
 static void test_lower_part_of_a_pass(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 64);
     struct canvas canvas;
     const struct tile lower = {.y = 3, .w = WIDE, .h = HIGH - 3, .step = 1};
@@ -65,7 +58,6 @@ static void test_lower_part_of_a_pass(void **state)
  * names, and these are not asked for any more. */
 static void test_tile_with_steps(void **state)
 {
-    (void)state;
     struct tile tile = {.x = 3, .y = 1, .w = 7, .h = 5, .phase = 1, .step = 3}, first = tile;
     struct refinement refinements[35];
     const uint32_t steps[] = {3, 7, 9, 16, 40};
@@ -100,7 +92,6 @@ static void test_tile_with_steps(void **state)
  * are not asked for any more. */
 static void test_work_of_a_pass(void **state)
 {
-    (void)state;
     struct canvas canvas;
     uint64_t pixels, samples;
     struct adaptive *adaptive = begin_even(&canvas, 64, 1e-3);
@@ -121,7 +112,6 @@ static void test_work_of_a_pass(void **state)
 /* Plans that ask for other numbers of samples, or for other pixels, have different hashes. */
 static void test_plans_are_told_apart(void **state)
 {
-    (void)state;
     struct view view = view_of(4, 1024);
     struct canvas canvases[2];
     struct adaptive *one, *other;
@@ -155,7 +145,6 @@ static double cost_at(const float *costs, uint32_t x)
  * samples are taken, also to those that were in before; later to those that are still to come. */
 static void test_costs_of_samples(void **state)
 {
-    (void)state;
     struct canvas canvas;
     float costs[ALL] = {0};
     struct tile half = columns(4, 8), mixed = columns(8, 8);
@@ -182,7 +171,6 @@ static void test_costs_of_samples(void **state)
 /* A pixel with error gets more samples than its quiet neighbours, and has all of the pass's time. */
 static void test_costs_of_refined_pixels(void **state)
 {
-    (void)state;
     struct canvas canvas;
     float costs[ALL] = {0};
     struct view view = view_of(4, 64);

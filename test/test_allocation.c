@@ -1,14 +1,9 @@
 /* Tests the allocation of samples: the rule of master/adaptive.h for single pixels, and sums over all. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/allocation.h"
+#include "test/unit.h"
 
 static bool is_about(double value, double wanted)
 {
@@ -18,7 +13,6 @@ static bool is_about(double value, double wanted)
 /* Each doubling divides e / cost by 2^5/2. A pixel whose gain is at the limit gets no more samples. */
 static void test_doublings(void **state)
 {
-    (void)state;
     for (unsigned count = 0; count <= 5; count++) {
         double limit = 0.01, most = limit * exp2(2.5 * count);
         assert_int_equal(allocation_doublings(0.999 * most, limit, LEVEL_MAX), count);
@@ -33,7 +27,6 @@ static void test_doublings(void **state)
  * is taken at once. Not more of them than there are. */
 static void test_outcome(void **state)
 {
-    (void)state;
     struct allocation *allocation = allocation_create(1);
     allocation_add(allocation, 1, 3, 10, 5);
     allocation_add(allocation, 1, 5, 20, 1); /* once at the most */
@@ -53,7 +46,6 @@ static void test_outcome(void **state)
 /* The limit for a goal leaves at most the goal, and the next higher limit leaves more. */
 static void test_limit(void **state)
 {
-    (void)state;
     struct allocation *allocation = allocation_create(1);
     for (int i = 1; i < 40; i++)
         allocation_add(allocation, exp2(-0.3 * i), i, 1, 3);
@@ -73,7 +65,6 @@ static void test_limit(void **state)
 /* The limit within an effort takes at most that effort, and the next lower limit takes more. */
 static void test_limit_within(void **state)
 {
-    (void)state;
     struct allocation *allocation = allocation_create(1);
     for (int i = 1; i < 40; i++)
         allocation_add(allocation, exp2(-0.3 * i), 1, i, 3);
@@ -106,7 +97,6 @@ static void test_limit_within(void **state)
 /* A gain of nothing is not worth a sample, however small, and one beyond all pictures is; nothing is lost. */
 static void test_extremes(void **state)
 {
-    (void)state;
     const double gains[] = {0, 1e-300, 0x1p-120, 0x1p99, 0x1p100, 1e300};
     struct allocation *allocation = allocation_create(1);
     for (int i = 0; i < 6; i++)
@@ -121,7 +111,6 @@ static void test_extremes(void **state)
 /* Two allocations with half of the pixels each, joined, equal one with all pixels. */
 static void test_join(void **state)
 {
-    (void)state;
     struct allocation *whole = allocation_create(1), *halves[2];
     for (int half = 0; half < 2; half++)
         halves[half] = allocation_create(1);
@@ -145,7 +134,6 @@ static void test_join(void **state)
 /* Pixels that are all alike, with a gain where two bins meet: what is reckoned with comes. */
 static void test_alike(void **state)
 {
-    (void)state;
     for (int eighths = 8; eighths < 16; eighths++) {
         double gain = eighths / 64.0;
         struct allocation *allocation = allocation_create(1);
@@ -160,7 +148,6 @@ static void test_alike(void **state)
 /* If all errors are scaled by 2^k, the results are the same, bit for bit. */
 static void test_brightness(void **state)
 {
-    (void)state;
     const int powers[] = {-400, -160, 150, 300};
     for (int i = 0; i < 4; i++) {
         double unit = ldexp(1, powers[i]);

@@ -1,17 +1,13 @@
 /* Tests of bells: one wakes a sleeping thread, whichever thread or process rings it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
 #include <pthread.h>
 
 #include "common/bell.h"
 #include "common/clock.h"
+#include "test/unit.h"
 
 /* Seconds: the most that a wait that must end at once may take on a busy machine; the limit of waits that are to be
  * ended by the bell. */
@@ -27,7 +23,6 @@ static double time_of_wait(struct bell *bell, double seconds)
 
 static void test_rung_before(void **state)
 {
-    (void)state;
     struct bell bell;
     bell_init(&bell);
     bell_ring(&bell);
@@ -78,7 +73,6 @@ static void play(struct rally *rally)
 
 static void test_threads(void **state)
 {
-    (void)state;
     struct rally rally = {.turns = 0};
     pthread_t thread;
     bell_init(&rally.here);
@@ -94,7 +88,6 @@ static void test_threads(void **state)
 
 static void test_processes(void **state)
 {
-    (void)state;
     struct rally *rally =
         mmap(NULL, sizeof *rally, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     assert_true(rally != MAP_FAILED);

@@ -24,7 +24,6 @@ static void assert_missed(struct ray ray)
 
 static void test_faces(void **state)
 {
-    (void)state;
     assert_crossings(ray_along(vec3(-2, 1, 0.5), vec3(2, 0, 0)), 1, 0, 3, 1);
     assert_crossings(ray_along(vec3(6, 1, 0.5), vec3(-2, 0, 0)), 1, 1, 3, 0);
     assert_crossings(ray_along(vec3(1, -1, 0.5), vec3(0, 1, 0)), 1, 2, 3, 3);
@@ -34,7 +33,6 @@ static void test_faces(void **state)
 
 static void test_inside_behind_beside(void **state)
 {
-    (void)state;
     assert_crossings(ray_along(vec3(1, 1, 0.5), vec3(1, 0, 0)), -1, 0, 3, 1);
     assert_missed(ray_along(vec3(5, 1, 0.5), vec3(1, 0, 0)));
     assert_missed(ray_along(vec3(-1, 3, 0.5), vec3(1, 0, 0)));
@@ -44,7 +42,6 @@ static void test_inside_behind_beside(void **state)
 /* Axis-aligned rays in a face, with zeros of both signs: the box is closed, and t is never NaN. */
 static void test_rays_in_faces(void **state)
 {
-    (void)state;
     const double zeros[] = {0.0, -0.0};
     for (int i = 0; i < 4; i++) {
         double y = zeros[i & 1], z = zeros[i >> 1];
@@ -58,7 +55,6 @@ static void test_rays_in_faces(void **state)
 
 static void test_tiny_direction(void **state)
 {
-    (void)state;
     assert_crossings(ray_along(vec3(-0x1p-30, 1, 0.5), vec3(0x1p-1060, 0, 0)), INFINITE, 0,
                      INFINITE, 0);
     struct ray ray = ray_along(vec3(-1, 1, 0.5), vec3(1, 0x1p-1060, 0));
@@ -67,7 +63,6 @@ static void test_tiny_direction(void **state)
 
 static void test_leaving(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(0, 1, 0.5), vec3(1, 0, 0));
     ray.from_part = 0;
     struct crossings found = box_crossings(&brick, &ray, true, &exact);
@@ -85,7 +80,6 @@ static void test_leaving(void **state)
 /* The origin of a ray that leaves a face may have been rounded to either side of the face. */
 static void test_leaving_is_not_an_epsilon(void **state)
 {
-    (void)state;
     for (double x = nextafter(4, 0); x <= nextafter(4, 5); x = nextafter(x, 5)) {
         struct ray out = ray_along(vec3(x, 1, 0.5), vec3(1, 0, 0));
         out.from_part = 1;
@@ -102,7 +96,6 @@ static void test_leaving_is_not_an_epsilon(void **state)
 
 static void test_sheet(void **state)
 {
-    (void)state;
     struct box sheet = {.min = {0, 1, 0}, .max = {4, 1, 4}};
     struct ray ray = ray_along(vec3(1, 3, 1), vec3(0, -1, 0));
     struct crossings found = box_crossings(&sheet, &ray, false, &exact);
@@ -117,7 +110,6 @@ static void test_sheet(void **state)
 
 static void test_normals(void **state)
 {
-    (void)state;
     assert_vector_near(box_normal(0), vec3(-1, 0, 0), 0);
     assert_vector_near(box_normal(3), vec3(0, 1, 0), 0);
     assert_vector_near(box_normal(4), vec3(0, 0, -1), 0);
@@ -125,7 +117,6 @@ static void test_normals(void **state)
 
 static void test_in_and_out_together(void **state)
 {
-    (void)state;
     uint64_t random = 4;
     for (int i = 0; i < 20000; i++) {
         struct ray ray =

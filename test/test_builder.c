@@ -1,17 +1,12 @@
 /* Tests of the builder: what it accepts and refuses, and the block that it makes. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "master/builder.h"
 #include "master/load.h"
 #include "master/outline.h"
+#include "test/unit.h"
 
 static struct material plain(void)
 {
@@ -69,7 +64,6 @@ static struct builder *fill(void)
 
 static void test_block_holds_what_was_added(void **state)
 {
-    (void)state;
     struct builder *builder = fill();
     struct view view = some_view();
     struct scene *scene = builder_finish(builder, &view);
@@ -104,7 +98,6 @@ static void add_needless(struct builder *b)
 /* Unused vertices and normals, and black lights, are left out with VARIANT_AUTO. */
 static void test_what_nothing_needs_is_not_sent(void **state)
 {
-    (void)state;
     for (uint32_t variant = VARIANT_AUTO; variant <= VARIANT_FULL; variant++) {
         struct builder *builder = fill();
         struct view view = some_view();
@@ -128,7 +121,6 @@ static void test_what_nothing_needs_is_not_sent(void **state)
 /* If no surface shows light, all lights are left out. */
 static void test_lights_that_no_surface_shows(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct material mirror = {.reflection = 1, .ior = 1};
     struct sphere sphere = {.radius = 1};
@@ -147,7 +139,6 @@ static void test_lights_that_no_surface_shows(void **state)
 /* Directions of subnormal numbers, whose length has few bits, and of the largest numbers. */
 static void test_directions_of_any_length(void **state)
 {
-    (void)state;
     const struct vec3 normals[] = {{3e-320, 4e-320, 0},
                                    {5e-324, 5e-324, 5e-324},
                                    {1e-160, 1e-160, 1e-200},
@@ -167,7 +158,6 @@ static void test_directions_of_any_length(void **state)
 
 static void test_same_input_same_bytes(void **state)
 {
-    (void)state;
     struct view view = some_view();
     struct scene *blocks[2];
     for (int i = 0; i < 2; i++) {
@@ -200,7 +190,6 @@ static bool support_of(const struct builder *builder, struct vec3 origin,
 
 static void test_bounds(void **state)
 {
-    (void)state;
     struct vec3 min, max;
     struct builder *builder = builder_create();
     assert_false(bounds_of(builder, &min, &max));
@@ -214,7 +203,6 @@ static void test_bounds(void **state)
 /* The ball, the tip of the cone, a corner of the box, and, aside of its normal, the disc. */
 static void test_support(void **state)
 {
-    (void)state;
     const struct vec3 directions[] = {{2, 0, 0}, {1, 1, 0}, {-1, -1, 0}};
     double support[3];
     struct builder *builder = fill();
@@ -233,7 +221,6 @@ static void test_support(void **state)
 /* Vertices of triangles and patches count, those that nothing uses do not. */
 static void test_bounds_of_mesh(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct vec3 min, max;
     uint32_t v[5], n, material = add_material(builder, 0);
@@ -253,7 +240,6 @@ static void test_bounds_of_mesh(void **state)
 
 static void test_refusals(void **state)
 {
-    (void)state;
     struct builder *b = builder_create();
     uint32_t m = add_material(b, 0), index;
     struct sphere spheres[] = {{.radius = 0},
@@ -288,7 +274,6 @@ static void test_refusals(void **state)
 /* Each number of a material by itself; all of it may be 1. */
 static void test_refused_materials(void **state)
 {
-    (void)state;
     struct builder *b = builder_create();
     struct material bad = plain();
     double *const numbers[] = {&bad.color.x, &bad.color.z,    &bad.ambient,
@@ -315,7 +300,6 @@ static void test_refused_materials(void **state)
 /* Edges of triangles, with normals or without, have finite lengths. */
 static void test_refused_edges(void **state)
 {
-    (void)state;
     struct builder *b = builder_create();
     uint32_t m = add_material(b, 0), v[3], n;
     for (int i = 0; i < 3; i++)
@@ -328,7 +312,6 @@ static void test_refused_edges(void **state)
 
 static void test_many(void **state)
 {
-    (void)state;
     struct builder *b = builder_create();
     for (uint32_t i = 0; i < 10000; i++) {
         uint32_t index;

@@ -95,21 +95,18 @@ static void check_eye(struct vec3 eye, double x, double y)
 
 static void test_mesh_from_an_eye(void **state)
 {
-    (void)state;
     check_eye(vec3(3, 2, 6), -2.1, -1.2);
 }
 
 /* In the middle of the picture some components of directions change their sign. */
 static void test_straight_ahead(void **state)
 {
-    (void)state;
     check_eye(vec3(0, 0, 6), -0.35, -0.45);
 }
 
 /* Rays in all directions are traced one by one. */
 static void test_rays_apart(void **state)
 {
-    (void)state;
     struct scene *scene = sheet();
     struct bvh *bvh = build_tree(scene);
     struct ray rays[RAYS];

@@ -300,7 +300,6 @@ static struct builder *with_material(void)
 
 static void test_empty_and_planes_only(void **state)
 {
-    (void)state;
     struct builder *builder = with_material();
     assert_int_equal(check_tree(finish_scene(builder)).nodes, 0);
     builder = with_material();
@@ -311,7 +310,6 @@ static void test_empty_and_planes_only(void **state)
 
 static void test_one_primitive(void **state)
 {
-    (void)state;
     struct builder *builder = with_material();
     add_sphere(builder, vec3(1, 2, 3), 4, 0);
     struct survey survey = check_tree(finish_scene(builder));
@@ -321,7 +319,6 @@ static void test_one_primitive(void **state)
 
 static void test_all_kinds(void **state)
 {
-    (void)state;
     uint64_t random = 12;
     struct builder *builder = with_material();
     for (int i = 0; i < 2000; i++) {
@@ -341,7 +338,6 @@ static void test_all_kinds(void **state)
 
 static void test_equal_centroids(void **state)
 {
-    (void)state;
     struct builder *builder = with_material();
     for (int i = 0; i < 10000; i++)
         add_sphere(builder, vec3(1, 2, 3), 1 + i % 7, 0);
@@ -354,7 +350,6 @@ static void test_equal_centroids(void **state)
  * that the tree would become deeper than the limit. */
 static void test_depth_cap(void **state)
 {
-    (void)state;
     uint64_t random = 17;
     struct builder *builder = with_material();
     for (int i = 0; i < 15000; i++) {
@@ -369,7 +364,6 @@ static void test_depth_cap(void **state)
 /* Coordinates above and below the range of float. */
 static void test_extreme_coordinates(void **state)
 {
-    (void)state;
     struct builder *builder = with_material();
     for (int i = -300; i <= 300; i++) {
         double size = pow(10, i);
@@ -408,7 +402,6 @@ static void assert_center(struct bvh *bvh, double x, double y, double z)
 /* The centre is where most boxes are, so that float resolves these, whatever other boxes there are. */
 static void test_center_is_where_most_are(void **state)
 {
-    (void)state;
     assert_center(tree_on_ball(6.37e6, 0), 0, 6.37e6, 0);
     assert_center(tree_on_ball(6.37e6, 1e4), 0, 6.37e6, 0);
     assert_center(tree_on_ball(1, 0), 0, 0, 0);
@@ -442,7 +435,6 @@ static unsigned count_trees(struct scene *scene)
 /* A cluster that is too fine for floats at its place gets a tree of its own, whose centre is within it. */
 static void test_clusters_have_trees(void **state)
 {
-    (void)state;
     const struct vec3 places[] = {{6.37e6, 0, 0}, {0, 6.37e6, 0}, {0, 0, 6.37e6}, {0, 0, -6.37e6}};
     struct scene *scene = clusters_on_ball(places, 4, 500);
     struct bvh *bvh = build_tree(scene);
@@ -467,7 +459,6 @@ static void test_clusters_have_trees(void **state)
 /* More clusters than possible trees: no primitive is lost. */
 static void test_more_clusters_than_trees(void **state)
 {
-    (void)state;
     struct vec3 places[40];
     for (unsigned i = 0; i < 40; i++)
         places[i] = vec3(1e7 * cos(i), 1e7 * sin(i), 1e6 * i);
@@ -490,7 +481,6 @@ static struct builder *long_triangles(double transmission)
 /* Triangles that overlap are split: the tree has more pieces than triangles. */
 static void test_spatial_splits(void **state)
 {
-    (void)state;
     struct survey survey = check_tree(finish_scene(long_triangles(0)));
     assert_int_equal(survey.primitives, 2001);
     assert_true(survey.entries > 2200);
@@ -501,7 +491,6 @@ static void test_spatial_splits(void **state)
  * triangles are split, subtrees, and leaves. */
 static void test_large_scene(void **state)
 {
-    (void)state;
     uint64_t random = 23;
     struct builder *builder = long_triangles(0);
     for (int i = 0; i < 50000; i++) {
@@ -531,7 +520,6 @@ static struct survey survey_pipe(uint32_t facets, double scattered)
 /* Cut into pieces, long thin triangles with nearly the same box cause few tests; also among other triangles. */
 static void test_slivers_are_cut(void **state)
 {
-    (void)state;
     assert_true(survey_pipe(1000, 0).tests < 2000.0 / 16);
     assert_true(survey_pipe(1000, 10).tests < 2000.0 / 16);
 }
@@ -539,7 +527,6 @@ static void test_slivers_are_cut(void **state)
 /* Many slivers are cut only as long as there is room for pieces. */
 static void test_many_slivers(void **state)
 {
-    (void)state;
     struct survey survey = survey_pipe(40000, 0);
     assert_true(survey.entries > 80000 * 6 && survey.entries <= 80000 * 8);
     assert_true(survey.tests < 80000.0 / 6);
@@ -548,7 +535,6 @@ static void test_many_slivers(void **state)
 /* Slivers that are small compared with others are left whole, as few rays come near them. */
 static void test_small_slivers(void **state)
 {
-    (void)state;
     uint64_t random = 25;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
@@ -563,7 +549,6 @@ static void test_small_slivers(void **state)
 /* Too few slivers to be cut: only spatial splits add pieces. */
 static void test_few_slivers(void **state)
 {
-    (void)state;
     assert_true(survey_pipe(7, 0).entries <= 14 + 14 / 4);
 }
 
@@ -578,7 +563,6 @@ static struct builder *with_rods(uint32_t count, double spread, double transmiss
 /* The same for long thin cylinders and cones, close to the origin and far from it, where floats are coarse. */
 static void test_rods_are_cut(void **state)
 {
-    (void)state;
     struct survey survey = check_tree(finish_scene(with_rods(2000, 5, 0)));
     assert_int_equal(survey.primitives, 2000);
     assert_true(survey.entries > 2000 * 8);
@@ -592,7 +576,6 @@ static void test_rods_are_cut(void **state)
 /* Rods are left whole if they are too few, or so close together that even their pieces have nearly the same boxes. */
 static void test_rods_that_stay_whole(void **state)
 {
-    (void)state;
     assert_int_equal(check_tree(finish_scene(with_rods(15, 5, 0))).entries, 15);
     assert_int_equal(check_tree(finish_scene(with_rods(2000, 0.2, 0))).entries, 2000);
 }
@@ -600,7 +583,6 @@ static void test_rods_that_stay_whole(void **state)
 /* Of very many nearly parallel rods each has but a few pieces, and they are no bundle for that. */
 static void test_many_rods(void **state)
 {
-    (void)state;
     struct survey survey = check_tree(finish_scene(with_rods(100000, 1.2, 0)));
     assert_true(survey.entries > 3 * 100000);
 }
@@ -608,7 +590,6 @@ static void test_many_rods(void **state)
 /* A rod that fills its box, or runs along an axis, is not cut. */
 static void test_rods_that_fill_their_boxes(void **state)
 {
-    (void)state;
     uint64_t random = 27;
     struct builder *builder = with_material();
     for (unsigned i = 0; i < 400; i++) {
@@ -624,7 +605,6 @@ static void test_rods_that_fill_their_boxes(void **state)
 /* Rods of sizes whose products overflow or underflow. */
 static void test_extreme_rods(void **state)
 {
-    (void)state;
     uint64_t random = 28;
     for (int power = -300; power <= 300; power += 100) {
         struct builder *builder = with_material();
@@ -641,7 +621,6 @@ static void test_extreme_rods(void **state)
 /* A ray that meets several pieces of a triangle crosses it once. */
 static void test_pieces_count_once(void **state)
 {
-    (void)state;
     uint64_t random = 22, exact = 0;
     struct scene *scene = finish_scene(long_triangles(0.5));
     struct bvh *bvh = build_tree(scene);
@@ -666,7 +645,6 @@ static void test_pieces_count_once(void **state)
 
 static void test_pieces_of_rods_count_once(void **state)
 {
-    (void)state;
     uint64_t random = 29, exact = 0;
     struct scene *scene = finish_scene(with_rods(500, 2, 0.5));
     struct bvh *bvh = build_tree(scene);
@@ -723,7 +701,6 @@ static void set_slot(struct bvh_node *node, unsigned slot, struct vec3 min, stru
  * 0 * infinity must not lose the box. */
 static void test_origin_in_a_slab_plane(void **state)
 {
-    (void)state;
     enum { RIGHT, LEFT, BESIDE };
     const struct bvh bvh = bvh_of_size(1);
     struct bvh_node node = empty_node();
@@ -747,7 +724,6 @@ static void test_origin_in_a_slab_plane(void **state)
 /* If 1 / d overflows, that axis does not decide anything; the others still do. */
 static void test_tiny_direction(void **state)
 {
-    (void)state;
     enum { ALL, ABOVE };
     const struct bvh large = bvh_of_size(1), small = bvh_of_size(0x1p-100f);
     struct bvh_node node = empty_node();
@@ -767,7 +743,6 @@ static void test_tiny_direction(void **state)
 /* If no axis decides, every box counts as met, and empty slots must not lead back to the root. */
 static void test_only_tiny_directions(void **state)
 {
-    (void)state;
     struct builder *builder = with_material();
     add_sphere(builder, vec3(0, 0, 0), 1, 0);
     add_sphere(builder, vec3(8, 0, 0), 1, 0);
@@ -792,7 +767,6 @@ static void build_too_many(void *memory)
 /* Too many primitives: nothing but their number is read. */
 static void test_too_many(void **state)
 {
-    (void)state;
     _Alignas(64) char memory[256];
     assert_fatal(build_too_many, memory,
                  "farm: rank 0: the scene has too many primitives for a tree\n");
@@ -801,7 +775,6 @@ static void test_too_many(void **state)
 /* Boxes are added and measured along each axis, and halved also where they are as far away as numbers go. */
 static void test_bounds(void **state)
 {
-    (void)state;
     const struct bounds a = {{-1, 2, 3}, {0, 4, 6}}, b = {{0, -2, 5}, {3, 1, 5.5}};
     const struct bounds both = {{-1, -2, 3}, {3, 4, 6}};
     const struct bounds below = {{-3, -5, -7}, {-2, -4, -1}};

@@ -1,13 +1,8 @@
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/canvas.h"
+#include "test/unit.h"
 
 /* A colour that identifies its pixel. */
 static void paint(float *rgb, uint32_t x, uint32_t y)
@@ -51,7 +46,6 @@ static unsigned count_painted(const struct canvas *canvas)
 
 static void test_begins_black(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 5, 3);
     assert_int_equal(canvas.width, 5);
@@ -64,7 +58,6 @@ static void test_begins_black(void **state)
 
 static void test_rectangles(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 10, 7);
     put(&canvas, (struct tile){.x = 8, .y = 4, .w = 2, .h = 3, .step = 1});
@@ -78,7 +71,6 @@ static void test_rectangles(void **state)
 
 static void test_cyclic_shares(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 10, 7);
     unsigned expected = 0;
@@ -94,7 +86,6 @@ static void test_cyclic_shares(void **state)
 
 static void test_late_phase(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 10, 7);
     put(&canvas, (struct tile){.w = 10, .h = 7, .step = 1, .phase = 65}); /* the last five */

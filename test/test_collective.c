@@ -1,12 +1,7 @@
 /* Collective operations, with a fake MPI in which there is another rank, too. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
+#include "test/unit.h"
 #include "worker/collective.h"
 
 static struct {
@@ -66,7 +61,6 @@ int MPI_Iallreduce(const void *own, void *all, int count, MPI_Datatype type, MPI
 /* Data are sent in pieces, one after the other, which an int can count and of which the last may be short. */
 static void test_broadcast(void **state)
 {
-    (void)state;
     const size_t bytes[] = {1, (size_t)64 << 20, ((size_t)200 << 20) + 1};
     for (size_t i = 0; i < sizeof bytes / sizeof *bytes; i++) {
         /* Of this memory nothing is read or written. */
@@ -84,7 +78,6 @@ static void test_broadcast(void **state)
 
 static void test_all_agree(void **state)
 {
-    (void)state;
     for (int other = 0; other <= 1; other++) {
         fake.other = other;
         assert_false(all_agree(false));
@@ -95,7 +88,6 @@ static void test_all_agree(void **state)
 /* All ranks end with the status of rank 0. */
 static void test_status(void **state)
 {
-    (void)state;
     fake.other = 75;
     assert_int_equal(agree_on_status(1), 75);
     assert_int_equal(fake.under_way, 0);

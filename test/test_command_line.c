@@ -1,20 +1,14 @@
 /* Tests the command that continues a run: a shell must split it into the original arguments. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
 #include "master/command_line.h"
+#include "test/unit.h"
 
 static void test_plain(void **state)
 {
-    (void)state;
     char *arguments[] = {"./farm", "a/b.ini", "image.width=9", NULL};
     char *text = command_line(arguments, 1, NULL);
     assert_string_equal(text, "./farm a/b.ini image.width=9");
@@ -26,7 +20,6 @@ static void test_plain(void **state)
 
 static void test_shell_gives_it_back(void **state)
 {
-    (void)state;
     const char *odd[] = {"",
                          "a b",
                          "it's",

@@ -78,7 +78,6 @@ static char *report_of(struct run *run, struct served *served)
  * message. */
 static void test_means(void **state)
 {
-    (void)state;
     struct served served = {.render_s = 3,
                             .guessed_rmse = (double)NAN,
                             .probe_s = 1.5,
@@ -102,7 +101,6 @@ static void test_means(void **state)
 /* A single renderer sends no messages. */
 static void test_no_messages(void **state)
 {
-    (void)state;
     struct served served = {.render_s = 3, .guessed_rmse = (double)NAN};
     struct run run = run_open();
     char *text = report_of(&run, &served);
@@ -115,7 +113,6 @@ static void test_no_messages(void **state)
 /* If the target is met, it ends the run even if the time is over, too: more time would not improve the picture. */
 static void test_target_and_time(void **state)
 {
-    (void)state;
     struct served served = {.guessed_rmse = (double)NAN, .timed_out = true};
     struct run run = run_open();
     sample_rows(&run, EDGE);
@@ -149,7 +146,6 @@ static void test_no_samples(void **state)
 /* None is told that hardly counts. */
 static void test_short_start(void **state)
 {
-    (void)state;
     const struct run_times time = {.init = 0.03, .load = 1.2, .room = 50, .build = 0.1};
     char *text = start_times_text(&time);
     assert_string_equal(text, "picture memory 50 s, loading 1.2 s");
@@ -159,7 +155,6 @@ static void test_short_start(void **state)
 /* The time of planning is that of the passes that have brought samples. */
 static void test_time_of_planning(void **state)
 {
-    (void)state;
     struct served served = {.guessed_rmse = (double)NAN, .plan_s = 0.25, .timed_out = true};
     struct run run = run_open();
     sample_rows(&run, EDGE);

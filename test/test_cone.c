@@ -35,7 +35,6 @@ static void assert_missed(const struct cone *cone, struct ray ray)
 
 static void test_cylinder_side(void **state)
 {
-    (void)state;
     struct ray across = ray_along(vec3(-3, 0, 1), vec3(2, 0, 0));
     assert_crossings(&tube, across, 1, CONE_SIDE, 2, CONE_SIDE);
     assert_crossings(&rod, across, 1, CONE_SIDE, 2, CONE_SIDE);
@@ -52,7 +51,6 @@ static void test_cylinder_side(void **state)
 
 static void test_cylinder_caps(void **state)
 {
-    (void)state;
     struct ray axis = ray_along(vec3(0, 0, -1), vec3(0, 0, 1));
     assert_crossings(&rod, axis, 1, CONE_BASE_CAP, 3, CONE_APEX_CAP);
     assert_missed(&tube, axis);
@@ -65,7 +63,6 @@ static void test_cylinder_caps(void **state)
 
 static void test_from_inside(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(1, 0, 0));
     assert_crossings(&rod, ray, -1.5, CONE_SIDE, 0.5, CONE_SIDE);
     ray = ray_along(vec3(0.5, 0, 1), vec3(0, 0, 1));
@@ -76,7 +73,6 @@ static void test_from_inside(void **state)
  * terms of rounding errors: the entry is reported. */
 static void test_from_the_floor_far_away(void **state)
 {
-    (void)state;
     for (int exponent = 0; exponent <= 40; exponent++) {
         double far = ldexp(1, exponent);
         struct cone standing = rod;
@@ -93,7 +89,6 @@ static void test_from_the_floor_far_away(void **state)
 
 static void test_tangent(void **state)
 {
-    (void)state;
     assert_crossings(&tube, ray_along(vec3(-3, 1, 1), vec3(1, 0, 0)), 3, CONE_SIDE, 3, CONE_SIDE);
     assert_missed(&tube, ray_along(vec3(-3, nextafter(1, 2), 1), vec3(1, 0, 0)));
     /* along a line of the side, which belongs to the solid */
@@ -103,7 +98,6 @@ static void test_tangent(void **state)
 
 static void test_cone_side(void **state)
 {
-    (void)state;
     struct ray across = ray_along(vec3(-3, 0, 1), vec3(1, 0, 0));
     assert_crossings(&hat, across, 2.5, CONE_SIDE, 3.5, CONE_SIDE);
     assert_crossings(&spike, across, 2.5, CONE_SIDE, 3.5, CONE_SIDE);
@@ -120,7 +114,6 @@ static void test_cone_side(void **state)
 /* A ray parallel to a generator, for which the quadratic term vanishes. */
 static void test_cone_generator(void **state)
 {
-    (void)state;
     struct ray up = ray_along(vec3(-0.25, 0, 1), vec3(-1, 0, 2));
     struct crossings found = cone_crossings(&spike, &up, false, &BOTH, &exact);
     assert_near(found.t[0], -0.5, 1e-15);
@@ -136,7 +129,6 @@ static void test_cone_generator(void **state)
 
 static void test_leaving(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(-1, 0, 1), vec3(1, 0, 0));
     ray.from_part = CONE_SIDE;
     struct crossings found = cone_crossings(&rod, &ray, true, &ALL_CROSSINGS, &exact);
@@ -203,7 +195,6 @@ static struct ray ray_on_part(uint64_t *random, const struct cone *cone, uint32_
  * of exits matters, it is the same. */
 static void test_way_out_spans(void **state)
 {
-    (void)state;
     uint64_t random = 54;
     unsigned count = 200000, decided = 0, known = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -232,7 +223,6 @@ static void test_way_out_spans(void **state)
  * nappe. */
 static void test_leaving_a_cone_downwards(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(-0.1, 0, -1));
     struct crossings found = cone_crossings(&spike, &ray, true, &ALL_CROSSINGS, &exact);
     assert_int_equal(count_ahead(&found), 1);
@@ -269,7 +259,6 @@ static struct vec3 point_of_cone(const struct cone *cone, uint64_t *random, doub
 /* Where rounding has put the origin beside a solid, the ray leaves it at once, whatever the size of the scene. */
 static void test_leaving_at_once(void **state)
 {
-    (void)state;
     for (int exponent = -300; exponent <= 300; exponent += 5) {
         double size = ldexp(1, exponent);
         struct cone cone = {.base = {size, 0, size}, .apex = {size, 0, 3 * size}, .capped = 1};
@@ -285,7 +274,6 @@ static void test_leaving_at_once(void **state)
 
 static void test_points_on_the_side(void **state)
 {
-    (void)state;
     uint64_t random = 5;
     for (int i = 0; i < 40000; i++) {
         struct cone cone = random_cone(&random);
@@ -313,7 +301,6 @@ static void test_points_on_the_side(void **state)
 /* Rays through inner points and exactly through rims: a ray that enters also leaves. */
 static void test_capped_is_closed(void **state)
 {
-    (void)state;
     uint64_t random = 6;
     for (int i = 0; i < 40000; i++) {
         struct cone cone = random_cone(&random);
@@ -333,7 +320,6 @@ static void test_capped_is_closed(void **state)
 
 static void test_distant_cylinder(void **state)
 {
-    (void)state;
     for (double distance = 1e3; distance <= 1e12; distance *= 1e3) {
         struct ray ray = ray_along(vec3(-distance, 0.6, 1), vec3(1, 0, 0));
         struct crossings found = cone_crossings(&rod, &ray, false, &BOTH, &exact);
@@ -347,7 +333,6 @@ static void test_distant_cylinder(void **state)
 /* A ray almost along the axis of a long thin cylinder. */
 static void test_small_angle(void **state)
 {
-    (void)state;
     struct cone needle = {.apex = {0, 0, 1e12}, .base_radius = 1, .apex_radius = 1};
     for (double angle = 1e-3; angle > 1e-11; angle /= 8) {
         struct ray ray = ray_along(vec3(0, 0, 1), vec3(angle, 0, 1));
@@ -358,7 +343,6 @@ static void test_small_angle(void **state)
 
 static void test_normals(void **state)
 {
-    (void)state;
     assert_vector_near(cone_normal(&rod, dd3_of(vec3(0.5, 0, 2)), CONE_APEX_CAP), vec3(0, 0, 1), 0);
     assert_vector_near(cone_normal(&rod, dd3_of(vec3(0.5, 0, 0)), CONE_BASE_CAP), vec3(0, 0, -1),
                        0);
@@ -372,7 +356,6 @@ static void test_normals(void **state)
 /* Scaling a cone and its position by a power of two leaves its normals the same to the bit. */
 static void test_normals_of_all_sizes(void **state)
 {
-    (void)state;
     const struct cone cone = {
         .base = {0.5, 1, 2}, .apex = {0.25, 2, 4}, .base_radius = 1.5, .apex_radius = 0.75};
     const struct vec3 p = vec3(1.25, 0.5, 0.75);
@@ -401,7 +384,6 @@ static void test_normals_of_all_sizes(void **state)
 
 static void test_bounds(void **state)
 {
-    (void)state;
     struct bounds bounds = cone_bounds(&bucket);
     assert_vector_near(vec3(bounds.min[0], bounds.min[1], bounds.min[2]), vec3(-2, -2, 0), 0);
     assert_vector_near(vec3(bounds.max[0], bounds.max[1], bounds.max[2]), vec3(2, 2, 4), 0);
@@ -421,7 +403,6 @@ static void test_bounds(void **state)
  * and lies inside the box of the whole cone. */
 static void test_piece_bounds(void **state)
 {
-    (void)state;
     uint64_t random = 8;
     for (uint32_t i = 0; i < 10000; i++) {
         uint32_t count = 2 + i % 31, piece = i / 31 % count;

@@ -1,16 +1,11 @@
 /* Tests the contrasts of whole rows against the definition, one pixel at a time. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/contrast.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 /* One of a few values, so that some neighbours differ by the same amount; some are not finite. */
 static float component(uint64_t *state)
@@ -111,7 +106,6 @@ static void check_canvas(uint32_t width, uint32_t height)
 /* Rows of less than a chunk, of whole chunks, and of whole chunks and a pixel. */
 static void test_rows(void **state)
 {
-    (void)state;
     check_canvas(1, 1);
     check_canvas(1, 5);
     check_canvas(3, 2);

@@ -43,7 +43,6 @@ static bool coplanar(const struct scene *scene, const uint32_t a[2], const uint3
 
 static void test_are_in_one_surface(void **state)
 {
-    (void)state;
     struct scene *scene = planes_scene();
     const uint32_t in_plane[][2] = {{0, 0}, /* the box's face min y is part 2 */
                                     {primitive_id(PRIMITIVE_BOX, 0), 2},
@@ -92,7 +91,6 @@ static const struct {
  * same one. */
 static void test_round_sides(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     for (uint32_t i = 0; i < ROUND; i++)
@@ -244,7 +242,6 @@ static void check_pair(const struct scene *scene, uint32_t i, uint32_t k, uint64
 
 static void test_by_exact_sums(void **state)
 {
-    (void)state;
     uint64_t random = 73;
     struct answers answers = {0};
     for (int n = 0; n < 40; n++) {

@@ -1,16 +1,11 @@
 /* Tests of borrowing cores from other processes and returning them. */
 #include <errno.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/cores.h"
+#include "test/unit.h"
 
 /* The number of cores that the machine may have. Like the system, the fake call fails if the set is smaller. */
 static size_t possible;
@@ -63,13 +58,11 @@ static void check_borrow_and_return(size_t cores)
 
 static void test_borrow_and_return(void **state)
 {
-    (void)state;
     check_borrow_and_return(0);
 }
 
 static void test_many_cores(void **state)
 {
-    (void)state;
     struct affinity small, large;
     check_borrow_and_return(3 * CPU_SETSIZE);
     affinity_find(&small);
@@ -82,7 +75,6 @@ static void test_many_cores(void **state)
 /* The cores of a process that does not exist are unknown. */
 static void test_unknown_process(void **state)
 {
-    (void)state;
     const int processes[] = {(int)getpid(), -1};
     cpu_set_t before = allowed();
     struct core_set own;

@@ -116,7 +116,6 @@ static struct ray thrown_back(const struct room *room, const struct ray *ray, co
 
 static void test_mirrors_keep_what_meets_their_edges(void **state)
 {
-    (void)state;
     uint64_t random = 171;
     unsigned in_corners = 0;
     for (unsigned i = 0; i < 200; i++) {
@@ -173,7 +172,6 @@ static double depth_in(const struct room *room, const struct vec3 normal[3], str
 /* Rays from inside go exactly to the corner, and are reflected out of it by the mirrors. */
 static void test_corners_of_any_shape(void **state)
 {
-    (void)state;
     static const double places[] = {0, 1, 1024};
     uint64_t random = 174;
     unsigned lost = 0;
@@ -202,7 +200,6 @@ static void test_corners_of_any_shape(void **state)
 /* Rims of a closed cylinder, or of a cone, which is one primitive. */
 static void test_rims_keep_what_meets_them(void **state)
 {
-    (void)state;
     static const double on_circle[][2] = {{3, 4}, {4, 3}, {5, 0}, {-3, 4}, {0, -5}, {-4, -3}};
     uint64_t random = 173;
     for (unsigned i = 0; i < 40; i++) {
@@ -228,7 +225,6 @@ static void test_rims_keep_what_meets_them(void **state)
 /* Points are moved along the wall, and by no more than rounding requires. */
 static void test_points_stay_where_they_are(void **state)
 {
-    (void)state;
     uint64_t random = 172;
     for (unsigned i = 0; i < 200; i++) {
         struct room room = make_room(&random, false);
@@ -249,7 +245,6 @@ static void test_points_stay_where_they_are(void **state)
 /* Two panes with a gap of a few ulps: a ray through the first one hits the second one. */
 static void test_no_corner_between_panes(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 1);
     double next = nextafter(nextafter(nextafter(nextafter(1, 2), 2), 2), 2);
@@ -276,7 +271,6 @@ static void test_no_corner_between_panes(void **state)
  * its axis. */
 static void test_a_crowd_in_one_point(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     for (unsigned i = 0; i < 24; i++) {
@@ -330,7 +324,6 @@ static double way_to_box(struct vec3 point, struct bounds bounds)
 /* Points are moved by no more than the boxes of the tree are enlarged. */
 static void test_points_stay_within_small_surfaces(void **state)
 {
-    (void)state;
     uint64_t random = 174;
     unsigned in_corners = 0;
     for (unsigned i = 0; i < 2000; i++) {
@@ -416,7 +409,6 @@ static unsigned count_moved(const struct room *room, struct vec3 eye, double err
  * coordinates, so that their rounding counts, and where it has none, so that only the distance's does. */
 static void test_rays_together_find_corners(void **state)
 {
-    (void)state;
     static const enum primitive_kind kinds[] = {PRIMITIVE_CONE, PRIMITIVE_TRIANGLE,
                                                 PRIMITIVE_PLANE};
     static const struct vec3 eyes[] = {{0, 0, 0}, {0x1p30, 0x1p30, 0x1p30}};

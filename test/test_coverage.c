@@ -1,13 +1,8 @@
 /* Tests of the coverage: which pixels are finished, in whatever tiles they came. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/coverage.h"
+#include "test/unit.h"
 
 #define WIDTH  53
 #define HEIGHT 31
@@ -39,7 +34,6 @@ static void test_tiles_of_all_kinds(void **state)
 {
     static bool expected[HEIGHT][WIDTH];
     struct coverage coverage;
-    (void)state;
     coverage_init(&coverage, WIDTH, HEIGHT);
     check_pixels(&coverage, expected);
     const struct tile tiles[] = {
@@ -58,7 +52,6 @@ static void test_tiles_of_all_kinds(void **state)
 static void test_other_cuts(void **state)
 {
     struct coverage coverage;
-    (void)state;
     coverage_init(&coverage, 64, 64);
     for (uint32_t y = 0; y < 64; y += 8)
         for (uint32_t x = 0; x < 64; x += 8) {

@@ -1,14 +1,9 @@
 /* Tests of the CPU times of pieces of work, with fake clocks. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include <time.h>
 
 #include "common/cpu_time.h"
+#include "test/unit.h"
 
 /* The times of the clocks, and how often the CPU clock, which is expensive, was read. */
 static double wall, cpu;
@@ -47,7 +42,6 @@ static double work_once(struct cpu_time *time, double seconds)
 
 static int set_clocks(void **state)
 {
-    (void)state;
     wall = 1000;
     cpu = 3;
     readings = 0;
@@ -58,7 +52,6 @@ static int set_clocks(void **state)
 
 static void test_long(void **state)
 {
-    (void)state;
     struct cpu_time time = {0};
     double ended;
     assert_seconds(cpu_time_begin(&time), 1000);
@@ -75,7 +68,6 @@ static void test_long(void **state)
 /* In a row of many short pieces, the CPU clock is read for few of them. */
 static void test_short(void **state)
 {
-    (void)state;
     struct cpu_time time = {0};
     for (int i = 0; i < 1000; i++)
         assert_seconds(work_once(&time, CPU_TIME_SHORT / 20), CPU_TIME_SHORT / 20);
@@ -85,7 +77,6 @@ static void test_short(void **state)
 /* The end of a piece is returned whether the CPU clock was read or not. */
 static void test_ended(void **state)
 {
-    (void)state;
     static const double pieces[] = {CPU_TIME_SHORT / 20, 2 * CPU_TIME_SHORT, CPU_TIME_SHORT / 20};
     struct cpu_time time = {0};
     for (unsigned i = 0; i < sizeof pieces / sizeof *pieces; i++) {
@@ -100,7 +91,6 @@ static void test_ended(void **state)
 /* A short piece that loses its core is long by the wall clock, so that its CPU time is read. */
 static void test_lost(void **state)
 {
-    (void)state;
     struct cpu_time time = {0};
     double ended;
     for (int i = 0; i < 10; i++)
@@ -114,7 +104,6 @@ static void test_lost(void **state)
 /* Waiting between two pieces is not subtracted from the next one, however long it is. */
 static void test_waits(void **state)
 {
-    (void)state;
     static const double waits[] = {CPU_TIME_SHORT / 2, 0.9 * CPU_TIME_SHORT, 0.01, 3};
     struct cpu_time time = {0};
     for (unsigned i = 0; i < sizeof waits / sizeof *waits; i++) {
@@ -127,7 +116,6 @@ static void test_waits(void **state)
 /* Nor is one that was given up, or many that were. */
 static void test_not_ended(void **state)
 {
-    (void)state;
     struct cpu_time time = {0};
     double ended;
     cpu_time_begin(&time);
@@ -148,7 +136,6 @@ static void test_not_ended(void **state)
  * negative. */
 static void test_bounds(void **state)
 {
-    (void)state;
     struct cpu_time time = {0};
     double ended;
     work_once(&time, 0.001);

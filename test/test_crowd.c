@@ -1,18 +1,13 @@
 /* Tests of which renderers share cores. */
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/clock.h"
 #include "common/cores.h"
 #include "master/crowd.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 /* A affinity with the cores from first to last. */
 static struct affinity affinity_of(const char *machine, unsigned first, unsigned last)
@@ -38,7 +33,6 @@ static struct crowd crowd_of(const struct affinity *affinities, uint32_t count, 
 
 static void test_machines(void **state)
 {
-    (void)state;
     const struct affinity affinities[] = {affinity_of("a", 0, 1), affinity_of("b", 0, 7),
                                           affinity_of("a", 0, 1), affinity_of("b", 0, 7),
                                           affinity_of("a", 0, 1)};
@@ -56,7 +50,6 @@ static void test_machines(void **state)
 /* Renderers that are each bound to another core do not share any. */
 static void test_bound(void **state)
 {
-    (void)state;
     struct affinity affinities[4];
     for (unsigned i = 0; i < 4; i++)
         affinities[i] = affinity_of("a", i / 2, i / 2);
@@ -74,7 +67,6 @@ static void test_bound(void **state)
 /* The last renderer shares a core with two groups of three, which are merged. */
 static void test_groups_merge(void **state)
 {
-    (void)state;
     const struct affinity affinities[] = {affinity_of("a", 0, 0), affinity_of("a", 9, 9),
                                           affinity_of("a", 1, 1), affinity_of("a", 1, 1),
                                           affinity_of("a", 0, 1)};
@@ -89,7 +81,6 @@ static void test_groups_merge(void **state)
 
 static void test_unknown(void **state)
 {
-    (void)state;
     struct affinity affinities[6] = {0};
     affinities[2] = affinity_of("a", 0, 0);
     affinities[3] = affinities[5] = affinity_of("", 0, 0); /* not known to be the same */
@@ -102,7 +93,6 @@ static void test_unknown(void **state)
 /* 100,000 machines are distinguished without comparing all pairs, which would take some 15 s. */
 static void test_many_machines(void **state)
 {
-    (void)state;
     enum { AFFINITIES = 100000 };
     struct affinity *affinities = calloc(AFFINITIES, sizeof *affinities);
     for (unsigned i = 0; i < AFFINITIES; i++) {
@@ -121,7 +111,6 @@ static void test_many_machines(void **state)
 /* The groups are the same as by comparing all pairs until nothing changes. */
 static void test_as_defined(void **state)
 {
-    (void)state;
     enum { AFFINITIES = 40 };
     uint64_t seed = 1;
     for (int round = 0; round < 200; round++) {
@@ -173,7 +162,6 @@ static void test_as_defined(void **state)
 /* Two processes here say the same. */
 static void test_find(void **state)
 {
-    (void)state;
     struct affinity affinities[2];
     affinity_find(&affinities[0]);
     affinity_find(&affinities[1]);

@@ -1,14 +1,9 @@
 /* Tests of the dots that legends are drawn in. */
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/dots.h"
+#include "test/unit.h"
 
 /* Of the canvas; with one more row of memory below it, and a colour that nothing is drawn in. */
 enum { WIDTH = 20, HEIGHT = 6 };
@@ -33,7 +28,6 @@ static bool is_touched(const struct canvas *canvas, uint32_t x, uint32_t y)
 /* What lies to the right of the canvas or below it is drawn nowhere, also not at the start of the next row. */
 static void test_outside(void **state)
 {
-    (void)state;
     struct canvas canvas = blank();
     const struct dots dots = {&canvas, 0, 1};
     dots_fill(&dots, (uint32_t[2]){WIDTH - 2, HEIGHT - 2}, 5, 5, dots_ink);
@@ -49,7 +43,6 @@ static void test_outside(void **state)
 /* A column is left free between two characters, and the width of a text counts it. */
 static void test_gaps(void **state)
 {
-    (void)state;
     struct canvas canvas = blank();
     dots_text(&(struct dots){&canvas, 0, 1}, (uint32_t[2]){0, 0}, "0m0.");
     for (uint32_t x = 0; x < WIDTH; x++) {
@@ -65,7 +58,6 @@ static void test_gaps(void **state)
 /* The ground is told apart from text, and from pixels that are not rendered, which are black. */
 static void test_ground(void **state)
 {
-    (void)state;
     struct canvas canvas = blank();
     const struct dots dots = {&canvas, 2, 1};
     dots_clear(&dots);

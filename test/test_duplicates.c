@@ -46,7 +46,6 @@ static struct scene *some_twice(uint32_t variant, uint32_t formulas, double tran
 
 static void test_the_first_of_equals_is_left(void **state)
 {
-    (void)state;
     struct scene *scene = some_twice(VARIANT_AUTO, FORMULAS_EXACT, 0);
     const struct triangle *faces = scene_triangles(scene);
     const struct sphere *balls = scene_spheres(scene);
@@ -64,7 +63,6 @@ static void test_the_first_of_equals_is_left(void **state)
 /* Where light passes, by the paper's formulas, and where nothing is to be left out. */
 static void test_all_are_left(void **state)
 {
-    (void)state;
     struct scene *scene = some_twice(VARIANT_AUTO, FORMULAS_EXACT, 0.5);
     assert_int_equal(scene->primitives[PRIMITIVE_TRIANGLE].count, 4);
     assert_int_equal(scene->primitives[PRIMITIVE_SPHERE].count, 4);
@@ -79,7 +77,6 @@ static void test_all_are_left(void **state)
 
 static void test_many_of_each_kind(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     uint32_t material = add_material(builder, vec3(1, 1, 1), 0);
     for (uint32_t i = 0; i < 5000; i++) {
@@ -202,7 +199,6 @@ static uint64_t render_things(uint64_t seed, uint32_t variant, float *rgb, doubl
 
 static void test_pictures_are_the_same(void **state)
 {
-    (void)state;
     static float all[EDGE * EDGE * 3], some[EDGE * EDGE * 3];
     uint64_t dropped = 0;
     for (uint64_t seed = 1; seed <= 150; seed++) {

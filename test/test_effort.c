@@ -1,15 +1,10 @@
 /* What samples cost: in effort, and in seconds as measured. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/allocation.h"
 #include "master/effort.h"
 #include "test/near.h"
+#include "test/unit.h"
 
 /* Levels of 4, 8, ... 64 samples, and one more of 100 when they are extended. */
 static struct levels some_levels(bool extended)
@@ -24,7 +19,6 @@ static struct levels some_levels(bool extended)
 /* The effort between any two levels is that of the samples by which they differ. */
 static void test_effort_between_levels(void **state)
 {
-    (void)state;
     struct effort effort;
     struct levels levels = some_levels(false);
     effort_init(&effort, &levels);
@@ -41,7 +35,6 @@ static void test_effort_between_levels(void **state)
  * have had a fifth of the effort of those, both count alike, and then they alone. */
 static void test_seconds_of_later_samples(void **state)
 {
-    (void)state;
     struct effort effort;
     struct levels levels = some_levels(false);
     effort_init(&effort, &levels);

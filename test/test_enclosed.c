@@ -1,16 +1,11 @@
 /* Tests of the warning of lights inside of solids. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/builder.h"
 #include "master/enclosed.h"
+#include "test/unit.h"
 #include "test/view_fixture.h"
 
 /* Adds a light at the origin, and one outside of all solids here. */
@@ -59,7 +54,6 @@ static struct builder *ball(double transmission, double radius)
 /* The eye is 6 away. */
 static void test_spheres(void **state)
 {
-    (void)state;
     struct view view = small_view(4);
     assert_string_equal(said_of(ball(0, 1), &view), warning);
     assert_string_equal(said_of(ball(0.5, 1), &view), "");
@@ -75,7 +69,6 @@ static void test_spheres(void **state)
 
 static void test_boxes(void **state)
 {
-    (void)state;
     struct view view = small_view(4);
     for (int beside = 0; beside < 2; beside++) {
         struct builder *builder = builder_create();
@@ -88,7 +81,6 @@ static void test_boxes(void **state)
 /* It is 0.5 wide where the light is; an open one is a surface. Behind its ends nothing is enclosed. */
 static void test_cones(void **state)
 {
-    (void)state;
     struct view view = small_view(4);
     const struct {
         double x, y;

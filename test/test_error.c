@@ -1,16 +1,11 @@
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "master/forecast.h"
 #include "test/near.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 static uint64_t seed = 88172645463325252u;
 
@@ -27,7 +22,6 @@ static double normal(void)
 
 static void test_nothing_is_no_error(void **state)
 {
-    (void)state;
     const struct error_breakdown none = {.sum = {0, 0}};
     struct error_estimate estimate = error_estimate(&none, 0, ERROR_LOOK_PASS, 1);
     assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
@@ -37,7 +31,6 @@ static void test_nothing_is_no_error(void **state)
 
 static void test_interval_widens_with_every_look(void **state)
 {
-    (void)state;
     const struct error_breakdown breakdown = {
         .sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001}};
     struct error_estimate before = error_estimate(&breakdown, 1000, ERROR_LOOK_PASS, 1);
@@ -54,7 +47,6 @@ static void test_interval_widens_with_every_look(void **state)
  * The carried error widens it at its lower end only. */
 static void test_hidden_widens_the_interval(void **state)
 {
-    (void)state;
     for (unsigned look = 1; look <= 100; look += 99) {
         const struct error_breakdown all = {.sum = {.squares = 10, .fourths = 0}, .hidden = 10};
         struct error_estimate estimate = error_estimate(&all, 1000, ERROR_LOOK_PASS, look);
@@ -75,7 +67,6 @@ static void test_hidden_widens_the_interval(void **state)
 /* With an odd number of samples both ends are as far away as the estimate may be off, beside luck. */
 static void test_odd_samples_widen_the_interval(void **state)
 {
-    (void)state;
     assert_true(error_odd(1) == 0 && error_odd(2) == 0 && error_odd(100) == 0);
     assert_near(error_odd(3), log(2), 1e-12);
     assert_true(error_odd(5) < error_odd(3) && error_odd(7) < error_odd(5) && error_odd(7) > 0);
@@ -102,7 +93,6 @@ static double miss_of(enum error_look kind, unsigned number)
  * passes have the larger part. */
 static void test_all_looks_together(void **state)
 {
-    (void)state;
     enum { LOOKS = 1000 };
     double sum = 0;
     for (unsigned number = 1; number <= LOOKS; number++) {
@@ -120,7 +110,6 @@ static void test_all_looks_together(void **state)
  */
 static void test_intervals_hold(void **state)
 {
-    (void)state;
     enum { RUNS = 2000, LOOKS = 10, PIXELS = 200 };
     unsigned missed = 0;
     for (unsigned run = 0; run < RUNS; run++) {
@@ -149,7 +138,6 @@ static void test_intervals_hold(void **state)
 
 static void test_forecast_to_a_goal(void **state)
 {
-    (void)state;
     struct error_point now = {.seconds = 4, .rmse = 0.01, .log_spread = 0.01};
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 8);
     double low, high;
@@ -169,7 +157,6 @@ static void test_forecast_to_a_goal(void **state)
 /* By how much the error is known to be off, the slope is off, too, the less the longer the run goes on. */
 static void test_forecast_of_an_uncertain_error(void **state)
 {
-    (void)state;
     struct error_point now = {.seconds = 4, .rmse = 0.01};
     double known = error_forecast_to(&now, 0.005, 32).slope_spread;
     now.log_spread = 0.5;
@@ -181,7 +168,6 @@ static void test_forecast_of_an_uncertain_error(void **state)
  * change. */
 static void test_forecast_scatters(void **state)
 {
-    (void)state;
     struct error_point now = {.seconds = 4, .rmse = 0.01, .log_spread = 0.01};
     double low, high, before_low, before_high;
     struct error_forecast forecast = error_forecast_to(&now, 0.005, 1e-6);
@@ -223,7 +209,6 @@ static struct error_forecast forecast_at(const double parts[3], double spread, d
 
 static void test_forecast_of_even_samples(void **state)
 {
-    (void)state;
     /* Edges alone, then with what is smooth, which counts the less the more samples there are; and what
      * no sample resolves: all go on as they do, if that is known well. */
     const double parts[4][3] = {{0, 1, 0}, {0, 1, 9}, {0, 0, 1}, {1, 0, 0}};
@@ -245,7 +230,6 @@ static void test_forecast_of_even_samples(void **state)
 /* Seconds grow a little more slowly than the number of samples; the difference decreases with that number. */
 static void test_seconds_of_samples(void **state)
 {
-    (void)state;
     const double edge[3] = {0, 1, 0};
     const struct error_point points[2] = {{1, error_of(edge, 8), 1e-6},
                                           {2, error_of(edge, 16), 1e-6}};
@@ -267,7 +251,6 @@ static void test_seconds_of_samples(void **state)
  * and where a run had another number, its error tells of that. */
 static void test_powers_of_two_are_better(void **state)
 {
-    (void)state;
     const double edge[3] = {0, 1, 0}, worse = exp(FORECAST_UNEVEN);
     const struct error_point even[2] = {{1, error_of(edge, 8), 1e-6},
                                         {2, error_of(edge, 16), 1e-6}};
@@ -285,7 +268,6 @@ static void test_powers_of_two_are_better(void **state)
 
 static void test_power_of_samples(void **state)
 {
-    (void)state;
     const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}};
     for (int i = 0; i < 3; i++) {
         const struct error_point points[2] = {{1, error_of(parts[i], 8), 1e-6},
@@ -305,7 +287,6 @@ static void test_power_of_samples(void **state)
 
 static void test_point(void **state)
 {
-    (void)state;
     struct error_breakdown breakdown = {.sum = {.squares = 10, .fourths = 0.3}};
     struct error_point point;
     assert_true(error_point(&breakdown, 1000, 2, &point));
@@ -321,7 +302,6 @@ static void test_point(void **state)
 /* The intervals of forecasts contain the scatter that comes from the errors of both points. */
 static void test_forecasts_scatter_as_told(void **state)
 {
-    (void)state;
     enum { RUNS = 4000 };
     const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}}, spreads[2] = {0.01, 0.005};
     for (int i = 0; i < 3; i++) {
@@ -349,7 +329,6 @@ static void test_forecasts_scatter_as_told(void **state)
 /* An unknown slope is assumed to be the usual one; the better it is known, the less the usual one counts. */
 static void test_slopes_are_usual_until_known(void **state)
 {
-    (void)state;
     const double slopes[2] = {0.6, 0.9};
     for (int i = 0; i < 2; i++) {
         double usual = exp2(FORECAST_SLOPE), seen = exp2(slopes[i]), low, high, seconds[4];
@@ -371,7 +350,6 @@ static void test_slopes_are_usual_until_known(void **state)
 /* Where only one of both errors is uncertain, it is that one which is moved to the usual slope. */
 static void test_the_uncertain_error_is_moved(void **state)
 {
-    (void)state;
     const double seen = exp2(0.6), usual = exp2(FORECAST_SLOPE);
     for (int uncertain = 0; uncertain < 2; uncertain++) {
         struct error_point points[2] = {{1, seen, 1e-6}, {2, 1, 1e-6}};
@@ -387,7 +365,6 @@ static void test_the_uncertain_error_is_moved(void **state)
 /* If both errors may be equal, the time has no upper bound, but a lower one. */
 static void test_forecast_without_an_end(void **state)
 {
-    (void)state;
     const struct error_point points[2] = {{1, 0.0097, 0.01}, {2, 0.01, 0.01}};
     struct error_forecast forecast = error_forecast(points, 4, 0.005);
     double low, high;
@@ -400,7 +377,6 @@ static void test_forecast_without_an_end(void **state)
 
 static void test_no_forecast(void **state)
 {
-    (void)state;
     struct error_point points[2] = {{1, 0.1, 0.01}, {2, 0.2, 0.01}};
     assert_false(error_forecast(points, 4, 0.05).known); /* the error grows */
     points[1].rmse = 0.05;
@@ -420,7 +396,6 @@ static void test_no_forecast(void **state)
 
 static void test_goals_are_round(void **state)
 {
-    (void)state;
     assert_near(forecast_goal(0.0021), 0.001, 1e-15);
     assert_near(forecast_goal(0.0019), 0.0007, 1e-15);
     assert_near(forecast_goal(0.0039), 0.0015, 1e-15);
@@ -436,7 +411,6 @@ static void test_goals_are_round(void **state)
 
 static void test_csv(void **state)
 {
-    (void)state;
     char *text;
     size_t bytes;
     FILE *out = open_memstream(&text, &bytes);

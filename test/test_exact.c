@@ -45,7 +45,6 @@ static struct dd some_dd(uint64_t *random)
 
 static void test_sums_and_products(void **state)
 {
-    (void)state;
     uint64_t random = 20;
     mpfr_t x, y;
     mpfr_inits2(BITS_OF_SOME, x, y, (mpfr_ptr)0);
@@ -66,7 +65,6 @@ static void test_sums_and_products(void **state)
 /* The error factors of the header; for quotients that of the paper of 2022. */
 static void test_double_double(void **state)
 {
-    (void)state;
     uint64_t random = 21;
     mpfr_t x, y, z;
     mpfr_inits2(BITS_OF_SOME / 4, x, y, z, (mpfr_ptr)0);
@@ -99,7 +97,6 @@ static void test_double_double(void **state)
 /* Sums of products over the whole range of double, some of which cancel up to one last bit. */
 static void test_accumulator(void **state)
 {
-    (void)state;
     uint64_t random = 22;
     mpfr_t truth, product;
     mpfr_inits2(BITS_OF_ALL, truth, product, (mpfr_ptr)0);
@@ -133,7 +130,6 @@ static void test_accumulator(void **state)
 
 static void test_accumulator_cancels(void **state)
 {
-    (void)state;
     const double least[2] = {0x1p-1074, 0x1p-1074}, large[2] = {DBL_MAX, DBL_MAX};
     struct accumulator sum;
     int exponent;
@@ -194,7 +190,6 @@ static void assert_equals(const struct accumulator *sum, mpfr_t truth)
 /* Products of sums of degree 2 + 3 + 3, as for the cone, over the whole range of double. */
 static void test_products_of_sums(void **state)
 {
-    (void)state;
     static const unsigned degrees[3] = {2, 3, 3};
     static const int reaches[4] = {3, 60, 500, 1074};
     uint64_t random = 26;
@@ -276,7 +271,6 @@ static void assert_integers_agree(const struct dd3 *p, const struct dd3 *q, stru
 /* Lines through points of an edge or beside it, from one end of the edge or from elsewhere. */
 static void test_triple(void **state)
 {
-    (void)state;
     uint64_t random = 27;
     unsigned zeros = 0, fitting = 0;
     mpfr_t truth;
@@ -310,7 +304,6 @@ static void test_triple(void **state)
 /* (a + b)^2 - a^2 - 2 a b - b^2 = 0 */
 static void test_polynomials(void **state)
 {
-    (void)state;
     uint64_t random = 23;
     for (int i = 0; i < 2000; i++) {
         struct dd a = some_dd(&random), b = some_dd(&random);
@@ -333,7 +326,6 @@ static void test_polynomials(void **state)
 /* Vectors that are almost, or exactly, at right angles. */
 static void test_dot(void **state)
 {
-    (void)state;
     uint64_t random = 24;
     mpfr_t truth, x, y;
     mpfr_inits2(BITS_OF_SOME, truth, x, y, (mpfr_ptr)0);
@@ -364,7 +356,6 @@ static void test_dot(void **state)
 /* Scaling by powers of two changes no bit. */
 static void test_scaling(void **state)
 {
-    (void)state;
     uint64_t random = 25;
     for (int i = 0; i < 10000; i++) {
         struct dd a = some_dd(&random), b = some_dd(&random);

@@ -1,17 +1,12 @@
 /* Tests the expected errors of pixels, which are computed in bands, against the rule of master/adaptive.h for each
  * pixel. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/expect.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 struct picture {
     struct canvas canvas;
@@ -206,7 +201,6 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
 /* Pictures smaller than the filter, of one band, and of one band plus a row and a column. */
 static void test_sizes(void **state)
 {
-    (void)state;
     for (uint32_t edge = 1; edge <= 5; edge++) {
         check_size(edge, 70, 4);
         check_size(70, edge, 4);

@@ -1,26 +1,20 @@
 /* Tests of lattices of pixels, and of filling pixels that are not rendered. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/fill.h"
 #include "test/lattice_of.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 /* ---- lattices ---- */
 
 /* Every square of 16 x 16 pixels, at any position, contains the same number of pixels of a lattice. */
 static void test_lattices_are_even(void **state)
 {
-    (void)state;
     for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++)
         for (uint32_t left = 0; left < 16; left++)
             for (uint32_t top = 0; top < 16; top++) {
@@ -33,7 +27,6 @@ static void test_lattices_are_even(void **state)
 
 static void test_coarsest(void **state)
 {
-    (void)state;
     for (uint32_t y = 0; y < 64; y++)
         for (uint32_t x = 0; x < 64; x++) {
             bool on = x % LATTICE_SPACING == 0 && y % LATTICE_SPACING == 0;
@@ -44,7 +37,6 @@ static void test_coarsest(void **state)
 /* Iterating over rows and pixels yields exactly the pixels of the lattice. */
 static void test_walk(void **state)
 {
-    (void)state;
     for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++) {
         bool seen[48][48] = {{false}};
         for (uint32_t y = 0; y < 48; y += lattice_row_step(lattice))
@@ -59,7 +51,6 @@ static void test_walk(void **state)
 /* The same for the pixels that do not belong to the next coarser lattice. */
 static void test_walk_between(void **state)
 {
-    (void)state;
     for (uint32_t lattice = 0; lattice < LATTICE_COARSEST; lattice++) {
         bool seen[48][48] = {{false}};
         uint32_t row_step = lattice_step(lattice), step = lattice_between_step(lattice);
@@ -92,7 +83,6 @@ static float *color_at(const struct canvas *canvas, uint32_t x, uint32_t y)
  * pixels have fewer neighbours. */
 static void test_slopes_are_restored(void **state)
 {
-    (void)state;
     const uint32_t width = 83, height = 61, edge = 2 * LATTICE_SPACING;
     for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++) {
         struct canvas canvas;
@@ -123,7 +113,6 @@ static void test_slopes_are_restored(void **state)
 /* Pictures of all sizes: every pixel is filled even if only the one in the corner is known. */
 static void test_all_sizes(void **state)
 {
-    (void)state;
     for (uint32_t width = 1; width <= 20; width++)
         for (uint32_t height = 1; height <= 20; height++) {
             struct canvas canvas;
@@ -144,7 +133,6 @@ static void test_all_sizes(void **state)
 /* Known pixels keep their colours whatever the preview has. Without a preview, unknown pixels stay black. */
 static void test_known_stays(void **state)
 {
-    (void)state;
     for (int with = 0; with < 2; with++) {
         struct canvas canvas;
         struct preview preview = {0};
@@ -172,7 +160,6 @@ static void test_known_stays(void **state)
 /* Blocks of the preview that are as small as the gaps are used. */
 static void test_small_blocks(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct preview preview = {0};
     uint8_t known[64 * 64] = {0};
@@ -217,7 +204,6 @@ static void put_slope(struct preview *preview, uint32_t edge)
  * was, but at the borders. */
 static void test_preview_is_in_place(void **state)
 {
-    (void)state;
     for (uint32_t edge = 4; edge <= 22; edge += 2) {
         struct canvas canvas;
         struct preview preview = {0};
@@ -260,7 +246,6 @@ static double told_error(uint32_t lattice, uint32_t upper, uint32_t raised, floa
  * in one of three components. */
 static void test_error_by_finest(void **state)
 {
-    (void)state;
     for (uint32_t lattice = 1; lattice < LATTICE_COARSEST; lattice++) {
         assert_true(told_error(lattice, 0, LATTICE_COARSEST, 0.5F) == 0);
         double share = told_error(lattice, 0, lattice, 0.5F) / (0.25 / 3);
@@ -273,7 +258,6 @@ static void test_error_by_finest(void **state)
 /* If only the coarsest lattice is complete, or there are single pixels, the error is unknown. */
 static void test_error_not_known(void **state)
 {
-    (void)state;
     assert_true(isnan(told_error(LATTICE_COARSEST, 0, 0, 1)));
     assert_true(isnan(told_error(LATTICE_COARSEST + 1, 8, 0, 1)));
 }
@@ -281,7 +265,6 @@ static void test_error_not_known(void **state)
 /* Pictures of all sizes give a finite error or NaN. */
 static void test_error_of_all_sizes(void **state)
 {
-    (void)state;
     for (uint32_t width = 1; width <= 20; width++)
         for (uint32_t height = 1; height <= 20; height++) {
             struct canvas canvas;
@@ -299,7 +282,6 @@ static void test_error_of_all_sizes(void **state)
 /* Areas in which all pixels are known do not count, however uneven they are. */
 static void test_error_where_guessed(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct preview none = {0};
     uint8_t known[SQUARE * SQUARE];

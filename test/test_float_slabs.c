@@ -82,7 +82,6 @@ static double random_limit(uint64_t *random, struct lanes enter)
 
 static void test_no_box_is_lost(void **state)
 {
-    (void)state;
     uint64_t random = 1, taken = 0, met = 0, more = 0;
     for (int i = 0; i < TRIES; i++) {
         struct sizes sizes = random_sizes(&random);
@@ -212,7 +211,6 @@ static void check_bundle(uint64_t *random, const struct bundle *bundle, const st
 
 static void test_packets_lose_no_box(void **state)
 {
-    (void)state;
     uint64_t random = 3;
     struct tally tally = {0};
     for (int i = 0; i < TRIES / 20; i++) {
@@ -259,7 +257,6 @@ static bool makes_bundle(const struct ray rays[RAYS], struct bundle *bundle,
 /* Rays have a common origin only if all coordinates of all of them are the same. */
 static void test_one_origin(void **state)
 {
-    (void)state;
     const unsigned others[] = {1, LANES, RAYS - 1};
     struct bundle bundle;
     struct packet packets[BUNDLE];
@@ -277,7 +274,6 @@ static void test_one_origin(void **state)
 /* Rays of which one may have another longest axis make no bundle; a bundle that is made anew has met no leaves. */
 static void test_longest_axis(void **state)
 {
-    (void)state;
     struct bundle bundle;
     struct packet packets[BUNDLE];
     struct ray rays[RAYS];
@@ -297,7 +293,6 @@ static void test_longest_axis(void **state)
 /* One ray that is not finite, or directions that are too short or too long, make no bundle. */
 static void test_no_bundle(void **state)
 {
-    (void)state;
     const double odd[] = {HUGE_VAL, -HUGE_VAL, (double)NAN};
     struct bundle bundle;
     struct packet packets[BUNDLE];
@@ -322,7 +317,6 @@ static void test_no_bundle(void **state)
 /* Components of directions that are all of one sign, but so small that only double has a number for their inverse. */
 static void test_slow_components(void **state)
 {
-    (void)state;
     uint64_t random = 7;
     struct tally tally = {0};
     const double sizes[] = {0x1p-55, 0x1p-100, 0x1p-130, 0x1p-140, 0x1p-1000};
@@ -397,7 +391,6 @@ static unsigned count_leaves(const struct bvh *bvh)
  * that. */
 static void test_near_leaves_first(void **state)
 {
-    (void)state;
     for (unsigned spheres = 1; spheres <= 300; spheres = 2 * spheres + 1) {
         struct scene *scene = column(spheres);
         struct bvh *bvh = build_tree(scene);
@@ -428,7 +421,6 @@ static void test_near_leaves_first(void **state)
 /* No leaf is lost among those that are entered at the same distance, as all are in which the rays begin. */
 static void test_equal_distances(void **state)
 {
-    (void)state;
     uint64_t random = 8;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
@@ -452,7 +444,6 @@ static void test_equal_distances(void **state)
  * whose rays meet leaves never does. */
 static void test_giving_up(void **state)
 {
-    (void)state;
     for (int one_origin = 0; one_origin < 2; one_origin++) {
         struct bundle apart = {.one_origin = one_origin}, together = apart;
         unsigned leaves = 1;
@@ -482,7 +473,6 @@ static struct scene *clusters(void)
 /* A bundle enters the trees that its rays meet, and hardly others. */
 static void test_trees_of_bundle(void **state)
 {
-    (void)state;
     struct scene *scene = clusters();
     struct bvh *bvh = build_tree(scene);
     unsigned trees = (unsigned)__builtin_popcount(all_trees(bvh));
@@ -506,7 +496,6 @@ static void test_trees_of_bundle(void **state)
 
 static void test_rounds_outward(void **state)
 {
-    (void)state;
     uint64_t random = 2;
     for (int i = 0; i < TRIES; i++) {
         double x = ldexp(random_between(&random, -2, 2), random_exponent(&random, -100, 100));
@@ -519,7 +508,6 @@ static void test_rounds_outward(void **state)
 /* Rays for which float is not accurate enough are left to double. */
 static void test_left_to_double(void **state)
 {
-    (void)state;
     const struct bvh bvh = {.reach = 1, .size = 1};
     const struct bvh vast = {.reach = 0x1p70, .size = 0x1p70};
     const struct bvh open = {.reach = INFINITE, .size = INFINITE};
@@ -540,7 +528,6 @@ static void test_left_to_double(void **state)
  * on an axis along which it hardly moves. */
 static void test_size_does_not_blur(void **state)
 {
-    (void)state;
     const struct bvh vast = {.reach = 0x1p23, .size = 0x1p23};
     struct bvh_node node = {.child = {0}};
     for (unsigned slot = 0; slot < BVH_WIDTH; slot++)

@@ -1,14 +1,9 @@
 /* Tests of what counts of an earlier run if this run divides the picture into other tiles. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "master/found.h"
+#include "test/unit.h"
 
 #define EDGE 12
 
@@ -45,7 +40,6 @@ static uint32_t use(struct found *found, struct tile tile)
 
 static void test_same_cut(void **state)
 {
-    (void)state;
     struct found found;
     found_init(&found, EDGE, EDGE);
     assert_int_equal(add(&found, box(0, 0, 4, 4)), 16);
@@ -64,7 +58,6 @@ static void test_same_cut(void **state)
 /* The left half is used; the right half, which has other errors, is rendered again. */
 static void test_rendered_again(void **state)
 {
-    (void)state;
     struct found found;
     found_init(&found, EDGE, EDGE);
     add(&found, box(0, 0, 6, 8));
@@ -82,7 +75,6 @@ static void test_rendered_again(void **state)
 /* A row across several tiles: each of them counts with its share. */
 static void test_shares(void **state)
 {
-    (void)state;
     struct found found;
     found_init(&found, EDGE, EDGE);
     for (uint32_t x = 0; x < EDGE; x += 3) {
@@ -106,7 +98,6 @@ static void test_shares(void **state)
 /* Pixels that were rendered twice count once, with the later tile. */
 static void test_overlap(void **state)
 {
-    (void)state;
     struct found found;
     found_init(&found, EDGE, EDGE);
     assert_int_equal(add(&found, box(0, 0, 4, 4)), 16);
@@ -123,7 +114,6 @@ static void test_overlap(void **state)
 /* Tiles of later passes count as a whole. */
 static void test_passes(void **state)
 {
-    (void)state;
     struct found found;
     found_init(&found, EDGE, EDGE);
     add(&found, box(0, 0, EDGE, EDGE));

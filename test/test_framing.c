@@ -1,14 +1,9 @@
 /* Tests of the camera and the lights of scenes that have none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/framing.h"
 #include "master/view.h"
+#include "test/unit.h"
 
 #define DEGREE (M_PI / 180)
 
@@ -85,7 +80,6 @@ static struct vec3 way_to_eye(struct vec3 up)
 /* The eye is 30 degrees to the right and 20 degrees above what is in front: +z where up is y, -y where up is z. */
 static void test_three_quarter_view(void **state)
 {
-    (void)state;
     double right = cos(20 * DEGREE) * sin(30 * DEGREE), up = sin(20 * DEGREE);
     double ahead = cos(20 * DEGREE) * cos(30 * DEGREE);
     check_near(way_to_eye(vec3(0, 1, 0)), vec3(right, up, ahead), 1e-12);
@@ -103,7 +97,6 @@ static void test_three_quarter_view(void **state)
 /* How long the vector is does not matter, from the smallest to the largest double. */
 static void test_any_length_of_up(void **state)
 {
-    (void)state;
     static const double scales[] = {0x1p-1070, 0x1p-500, 3, 0x1p500, 0x1.8p1023};
     struct vec3 expected = way_to_eye(vec3(-1, 1, 1));
     for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
@@ -160,7 +153,6 @@ static bool is_centred(struct extent extent)
 /* Scenes of any shape are in the middle and fill the picture up to its margin, however wide the view is. */
 static void test_middle(void **state)
 {
-    (void)state;
     static const double fovs[] = {1, 45, 90, 130};
     static const struct vec3 sizes[] = {{1, 1, 1},    {100, 1, 1}, {1, 100, 1}, {1, 1, 100},
                                         {50, 1, 100}, {1, 3, 1},   {4, 1, 2},   {1, 7, 20}};
@@ -185,7 +177,6 @@ static void test_middle(void **state)
 /* A look_at that was set stays, and the scene touches the margin on the side on which most of it is. */
 static void test_look_at(void **state)
 {
-    (void)state;
     const struct vec3 min = vec3(-1, -1, -1), max = vec3(1, 1, 1);
     static const struct vec3 aims[] = {{-2, 0, 1}, {2, 0, -1}, {0, 3, 0}, {0, -3, 0}};
     for (size_t i = 0; i < 4; i++) {
@@ -204,7 +195,6 @@ static void test_look_at(void **state)
  * what is 1 above look_at is at the margin. */
 static void test_no_extent(void **state)
 {
-    (void)state;
     const struct vec3 up = vec3(0, 1, 0), before = vec3(300, 200, 500);
     struct settings settings = framed(point_of(vec3(4, 5, 6)), up, NULL);
     check_near(settings.camera.look_at, vec3(4, 5, 6), 0);
@@ -220,7 +210,6 @@ static void test_no_extent(void **state)
 /* An eye that was set stays; it looks at the middle of the scene's box unless it is to look elsewhere. */
 static void test_eye(void **state)
 {
-    (void)state;
     struct builder *builder = box_of(vec3(0, 0, 0), vec3(2, 4, 6));
     struct settings settings;
     settings_init(&settings);
@@ -240,7 +229,6 @@ static void test_eye(void **state)
  * fills the shadows from the left, and more from above. */
 static void test_shoulder_lights(void **state)
 {
-    (void)state;
     struct settings settings;
     struct light lights[2];
     settings_init(&settings);
@@ -258,7 +246,6 @@ static void test_shoulder_lights(void **state)
 /* Of this triangle one vertex decides how near the eye may come in both directions: the eye is in it. */
 static void test_eye_in_vertex(void **state)
 {
-    (void)state;
     const struct vec3 corners[] = {
         vec3(-25393.50944991693, -66956.37766953703, 24500.46655590913),
         vec3(-25393.612074702567, -66956.41083295643, 24500.412310636126),

@@ -1,19 +1,14 @@
 /* Tests of the files of the generated garden. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/vec.h"
 #include "config/models/garden.h"
 #include "config/models/models.h"
+#include "test/unit.h"
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -135,7 +130,6 @@ static struct model models[COUNT(files)]; /* of the first run */
 
 static int make_gardens(void **state)
 {
-    (void)state;
     for (int i = 0; i < 2; i++)
         if (mkdtemp(runs[i]) == NULL || !write_garden(runs[i])) return -1;
     for (size_t i = 0; i < COUNT(files); i++)
@@ -145,7 +139,6 @@ static int make_gardens(void **state)
 
 static int remove_gardens(void **state)
 {
-    (void)state;
     for (int run = 0; run < 2; run++) {
         for (size_t i = 0; i < COUNT(files); i++) {
             char path[128];
@@ -160,7 +153,6 @@ static int remove_gardens(void **state)
 
 static void has_enough_triangles(void **state)
 {
-    (void)state;
     size_t sum = 0;
     for (size_t i = 0; i < COUNT(files); i++) {
         assert_in_range(models[i].triangles, 1000, 1000000);
@@ -171,7 +163,6 @@ static void has_enough_triangles(void **state)
 
 static void is_sound(void **state)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT(files); i++) {
         const struct model *model = &models[i];
         /* Normals have five decimals. */
@@ -185,7 +176,6 @@ static void is_sound(void **state)
 /* If the sheet faced down, rays from above would count as leaving the water. */
 static void water_lies_face_up(void **state)
 {
-    (void)state;
     const struct model *water = &models[1];
     assert_true(water->lowest_up > 0.95);
     assert_true(water->low.y > -0.03 && water->high.y < 0.03);
@@ -194,7 +184,6 @@ static void water_lies_face_up(void **state)
 /* There is ground under all water, without holes. */
 static void pond_has_a_bed(void **state)
 {
-    (void)state;
     int wet = 0;
     for (int ix = -60; ix <= 60; ix++)
         for (int iz = -60; iz <= 60; iz++) {
@@ -209,7 +198,6 @@ static void pond_has_a_bed(void **state)
 
 static void is_the_same_again(void **state)
 {
-    (void)state;
     static char a[1 << 16], b[1 << 16];
     for (size_t i = 0; i < COUNT(files); i++) {
         FILE *first = open_file(0, i), *second = open_file(1, i);
@@ -225,7 +213,6 @@ static void is_the_same_again(void **state)
 
 static void is_not_too_large(void **state)
 {
-    (void)state;
     long sum = 0;
     for (size_t i = 0; i < COUNT(files); i++) {
         FILE *stream = open_file(0, i);
@@ -238,7 +225,6 @@ static void is_not_too_large(void **state)
 
 static void says_that_it_cannot_write(void **state)
 {
-    (void)state;
     char folder[64];
     snprintf(folder, sizeof folder, "%s/missing", runs[0]);
     assert_false(write_garden(folder));

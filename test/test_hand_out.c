@@ -1,16 +1,11 @@
 /* What the master sends to a renderer on another rank: lots, recalls, and that it is to stop. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/nap.h"
 #include "test/master_fixture.h"
+#include "test/unit.h"
 
 /* Lots ask renderer 1 to call half way as long as nothing is known of its speed; `calls`: whether they do so when each
  * tile has taken it so many seconds. */
@@ -34,7 +29,6 @@ static void check_calls(enum schedule schedule, double seconds, bool calls)
  * messages anyway. */
 static void test_who_calls(void **state)
 {
-    (void)state;
     check_calls(SCHEDULE_DYNAMIC, NAP_CALL / 1000,
                 true); /* all 256 tiles take a quarter of NAP_CALL */
     check_calls(SCHEDULE_DYNAMIC, NAP_CALL, false);
@@ -44,7 +38,6 @@ static void test_who_calls(void **state)
 /* A lot tells after how long each of its tiles is to be reported. */
 static void test_report_times(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct lot_header header;
     struct tile tiles[LOT_TILES];
@@ -78,7 +71,6 @@ static unsigned count_told(uint32_t id, bool finished)
  * possible. */
 static void test_recalls(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct queue *queue = farm->service.queue;
     fall_silent(farm);
@@ -106,7 +98,6 @@ static void test_recalls(void **state)
 /* A renderer that does not answer is sent a limited number of recalls; when it answers, it is sent the rest. */
 static void test_recalls_end(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct tile tile;
     fall_silent(farm);
@@ -151,7 +142,6 @@ static bool overtake(struct farm *farm, uint32_t but, uint32_t *others)
  * merely has it, too, or has finished others. Renderer 1 is told nothing. */
 static void test_own_recalls(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct queue *queue = farm->service.queue;
     struct tile lot[LOT_TILES];
@@ -191,7 +181,6 @@ static bool is_refined_lot(void)
  * samples each pixel gets: it goes by MPI. */
 static void test_trays(void **state)
 {
-    (void)state;
     struct view view = {.min_samples = 4, .max_samples = 64};
     for (int refined = 0; refined <= 1; refined++) {
         struct farm *farm = farm_open(&small_tiles);
@@ -234,7 +223,6 @@ static void come_to_the_last(struct farm *farm)
 /* A renderer that has one lot of the two that it may have, as nothing waited, gets another one when work is added. */
 static void test_news(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 8, .height = 8, .renderers = RENDERERS, .tile_edge = 8};
     struct farm *farm = farm_open(&config);
@@ -263,7 +251,6 @@ static void test_news(void **state)
  * overdue, even if no message has come since. */
 static void test_idle_get_what_is_overdue(void **state)
 {
-    (void)state;
     const struct queue_config config = {.width = 32, .height = 32, .renderers = 4, .tile_edge = 8};
     struct farm *farm = farm_open(&config);
     struct queue *queue = farm->service.queue;
@@ -295,7 +282,6 @@ static const struct ready ready = {.rank = 1, .host = "host"};
 /* A renderer that reports for work is told how long the others have worked, and gets work. */
 static void test_start(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     farm->server.start -= 100;
     arrive_as(farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
@@ -307,7 +293,6 @@ static void test_start(void **state)
 /* A renderer that was told to stop is not told of what others have finished: it would not receive it. */
 static void test_no_recalls_after_stop(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     fall_silent(farm);
     while (other_goes_on(farm))
@@ -322,7 +307,6 @@ static void test_no_recalls_after_stop(void **state)
  * more. */
 static void test_stop(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     tell_stop(&farm->server, 1);
     tell_stop(&farm->server, 1);

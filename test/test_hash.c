@@ -1,13 +1,8 @@
 /* Tests XXH64 with values of the reference implementation (xxhsum -H1) for every path through the code. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/hash.h"
+#include "test/unit.h"
 
 static void fill(unsigned char *bytes, unsigned count)
 {
@@ -30,7 +25,6 @@ static void test_known_values(void **state)
         {255, UINT64_C(0x8c086bb7269dba32)}, {300, UINT64_C(0xa2d45cca797c2fe6)},
     };
     unsigned char bytes[300];
-    (void)state;
     fill(bytes, sizeof bytes);
     for (size_t i = 0; i < sizeof known / sizeof *known; i++)
         assert_true(hash64(bytes, known[i].count, 0) == known[i].hash);
@@ -42,7 +36,6 @@ static void test_known_values(void **state)
 static void test_place_in_memory(void **state)
 {
     unsigned char bytes[100], moved[120];
-    (void)state;
     fill(bytes, sizeof bytes);
     for (size_t shift = 0; shift < 16; shift++) {
         memset(moved, (int)shift, sizeof moved);
@@ -55,7 +48,6 @@ static void test_place_in_memory(void **state)
 static void test_every_bit_counts(void **state)
 {
     unsigned char bytes[77];
-    (void)state;
     fill(bytes, sizeof bytes);
     uint64_t hash = hash64(bytes, sizeof bytes, 0);
     for (size_t i = 0; i < 8 * sizeof bytes; i++) {

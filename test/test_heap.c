@@ -1,14 +1,9 @@
 /* Tests the heap against a linear search through all keys. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "master/heap.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 #define IDS 150
 
@@ -67,7 +62,6 @@ static void assert_empties(struct heap *heap, double *keys)
 
 static void test_any_order(void **state)
 {
-    (void)state;
     struct heap heap = {0};
     double keys[IDS];
     uint64_t random = 1;
@@ -94,7 +88,6 @@ static void test_any_order(void **state)
 /* -0 counts as 0, so that the lower id is on top. */
 static void test_zeros(void **state)
 {
-    (void)state;
     struct heap heap = {0};
     heap_reserve(&heap, 3);
     for (uint32_t id = 0; id < 3; id++)

@@ -1,15 +1,10 @@
 /* Tests of the scale below the heat map. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/dots.h"
 #include "master/heat_scale.h"
+#include "test/unit.h"
 
 enum {
     WIDTH = 320,
@@ -50,7 +45,6 @@ static void assert_label(const struct canvas *canvas, uint32_t left, const char 
 
 static void test_picture_is_unchanged(void **state)
 {
-    (void)state;
     static const uint32_t widths[] = {54, 319, 320, 640, 1921};
     for (size_t i = 0; i < sizeof widths / sizeof *widths; i++) {
         struct canvas canvas = drawn(widths[i], (struct heat_range){1e-6, 1e-3});
@@ -65,7 +59,6 @@ static void test_picture_is_unchanged(void **state)
 
 static void test_bar_is_from_black_to_white(void **state)
 {
-    (void)state;
     struct canvas canvas = drawn(WIDTH, (struct heat_range){1e-6, 1e-3});
     for (uint32_t x = 0; x < WIDTH - 2 * BAR_LEFT; x++) {
         float rgb[3];
@@ -86,7 +79,6 @@ static uint32_t ticks_of(const struct canvas *canvas)
 /* 1 us to 1 ms over 316 dots: 105 for each power of ten. */
 static void test_ticks_and_labels(void **state)
 {
-    (void)state;
     struct canvas canvas = drawn(WIDTH, (struct heat_range){1e-6, 1e-3});
     static const uint32_t ticks[] = {2, 34, 75, 107, 139, 180, 212, 244, 285, 317};
     assert_int_equal(ticks_of(&canvas), sizeof ticks / sizeof *ticks);
@@ -101,7 +93,6 @@ static void test_ticks_and_labels(void **state)
 /* 20 ms to 20 s: neither end is a power of ten, and some labels are of whole seconds. */
 static void test_ticks_of_seconds(void **state)
 {
-    (void)state;
     struct canvas canvas = drawn(WIDTH, (struct heat_range){0.02, 20});
     static const uint32_t ticks[] = {2, 44, 75, 107, 149, 180, 212, 254, 285, 317};
     assert_int_equal(ticks_of(&canvas), sizeof ticks / sizeof *ticks);
@@ -114,7 +105,6 @@ static void test_ticks_of_seconds(void **state)
 
 static void test_digits_and_units(void **state)
 {
-    (void)state;
     static const struct {
         double lowest;
         const char *text;
@@ -132,7 +122,6 @@ static void test_digits_and_units(void **state)
 /* Of the narrowest scale only the ends are labelled, of a wider one as many more as there is room for. */
 static void test_narrow(void **state)
 {
-    (void)state;
     struct canvas canvas = drawn(54, (struct heat_range){1e-6, 1e-3});
     assert_label(&canvas, BAR_LEFT, "1us");
     assert_label(&canvas, 54 - BAR_LEFT + 1 - dots_text_width("1ms"), "1ms");
@@ -147,7 +136,6 @@ static void test_narrow(void **state)
 /* However long a label is, and of a range that is none, nothing is drawn elsewhere. */
 static void test_extremes(void **state)
 {
-    (void)state;
     struct canvas canvas = drawn(54, (struct heat_range){1e290, 1e293});
     canvas_free(&canvas);
     canvas = drawn(WIDTH, (struct heat_range){0, 0});
@@ -159,7 +147,6 @@ static void test_extremes(void **state)
 
 static void test_room(void **state)
 {
-    (void)state;
     assert_int_equal(heat_scale_height(53, 1000), 0);
     assert_int_equal(heat_scale_height(54, 1000), 15);
     assert_int_equal(heat_scale_height(54, 14), 0);

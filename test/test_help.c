@@ -1,13 +1,8 @@
 /* Tests the text of --help: it has all settings, in lines that fit. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/help.h"
+#include "test/unit.h"
 
 #define TEXT_MOST 65536
 
@@ -20,7 +15,6 @@ static void make_text(char text[TEXT_MOST], int columns)
 
 static void test_lists_all_keys(void **state)
 {
-    (void)state;
     static char text[TEXT_MOST];
     make_text(text, 1000);
     static const char *const words[] = {
@@ -46,7 +40,6 @@ static void check_lines(const char *text, size_t columns)
 /* Continuation lines of broken text begin in its column. */
 static void test_fits(void **state)
 {
-    (void)state;
     static char text[TEXT_MOST];
     make_text(text, 70);
     assert_non_null(strstr(text,
@@ -61,7 +54,6 @@ static void test_fits(void **state)
 /* If there is no room for a column beside the names, what they mean stands below them. */
 static void test_no_room(void **state)
 {
-    (void)state;
     static char text[TEXT_MOST];
     make_text(text, 50);
     assert_non_null(strstr(text, "\n  camera.fov = 45\n"
@@ -79,7 +71,6 @@ static void test_no_room(void **state)
 /* Without a terminal lines have the width that all terminals have. */
 static void test_no_terminal(void **state)
 {
-    (void)state;
     static char whole[TEXT_MOST], text[TEXT_MOST];
     make_text(whole, 0);
     make_text(text, 80);

@@ -1,17 +1,12 @@
 /* Tests the estimate of the hidden error with pixels whose samples are drawn one by one, against what they really
  * missed. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/hidden.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 #define EDGE   64
 #define PIXELS (EDGE * EDGE)
@@ -165,7 +160,6 @@ static void check_mean(double least, double most, size_t others)
 
 static void test_mean(void **state)
 {
-    (void)state;
     const double shares[][2] = {{0.05, 0.05}, {0.02, 0.3}, {0.01, 0.1}};
     for (int i = 0; i < 3; i++) {
         check_mean(shares[i][0], shares[i][1], 0);
@@ -176,7 +170,6 @@ static void test_mean(void **state)
 /* An error that was found still counts when its pixel, which has hit something, leaves another level. */
 static void test_found_stays(void **state)
 {
-    (void)state;
     struct field *field = field_of(EDGE, 1);
     struct hidden *hidden = hidden_create(PIXELS);
     const size_t at = 10 * EDGE + 10;
@@ -212,7 +205,6 @@ static struct error_breakdown errors_of(const struct field *field, const struct 
  * more samples is looked at anew. */
 static void test_warned(void **state)
 {
-    (void)state;
     struct field *field = field_of(EDGE, 1);
     struct hidden *hidden = hidden_create(PIXELS);
     scatter(field, 0.1, 0.1);
@@ -260,7 +252,6 @@ static bool has_met(uint8_t level, double spread)
 /* How large a spread is a surprise does not depend on the number of samples. */
 static void test_spread_of_many_samples(void **state)
 {
-    (void)state;
     for (uint8_t level = 1; level < 10; level++) {
         assert_false(has_met(level, 5));
         assert_true(has_met(level, 12));
@@ -270,7 +261,6 @@ static void test_spread_of_many_samples(void **state)
 /* By chance the first samples may seem to have missed less than nothing; the whole error is never below 0. */
 static void test_never_below_0(void **state)
 {
-    (void)state;
     struct hidden *hidden = hidden_create(1);
     const struct hidden_sum sum = {.carried = {-5, 25}};
     struct error_breakdown errors = hidden_errors(hidden, &sum, (struct error_sum){1, 1});
@@ -281,7 +271,6 @@ static void test_never_below_0(void **state)
 /* Of sums, all is added up but the shortfall, of which the largest one counts, whichever sum it is in. */
 static void test_sums_are_joined(void **state)
 {
-    (void)state;
     struct hidden_sum a = {.carried = {1, 2}}, b = {.carried = {10, 20}};
     a.levels[1] = a.levels[LEVEL_MAX] = (struct level_sum){1, 2, 3, 4, 5};
     b.levels[1] = b.levels[LEVEL_MAX] = (struct level_sum){10, 20, 30, 40, 2};
@@ -298,7 +287,6 @@ static void test_sums_are_joined(void **state)
 /* A neighbour that is not finite does not hide how much a pixel stands out from the others. */
 static void test_strange_neighbour(void **state)
 {
-    (void)state;
     struct field *field = field_of(EDGE, 1);
     struct hidden *hidden = hidden_create(PIXELS);
     scatter(field, 0.1, 0.1);
@@ -336,7 +324,6 @@ static double inferred_at(uint32_t x, uint32_t y, size_t channel, unsigned which
 /* An object is what differs from the mean of the pixels around it, all of which count alike, and no others. */
 static void test_surroundings(void **state)
 {
-    (void)state;
     static const struct {
         uint32_t x, y;
         size_t channel;
@@ -361,7 +348,6 @@ static void test_surroundings(void **state)
 /* A picture of one pixel, and colours that are not finite. */
 static void test_strange(void **state)
 {
-    (void)state;
     struct field *field = field_of(1, 1);
     struct hidden *hidden = hidden_create(1);
     field->share[0] = 0.5;
@@ -415,7 +401,6 @@ static double inferred(uint32_t most)
 /* Fewer later samples than first ones tell nothing. */
 static void test_few_later_samples(void **state)
 {
-    (void)state;
     assert_true(inferred(8) > 0);
     assert_true(inferred(6) == 0);
 }

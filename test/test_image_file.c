@@ -1,11 +1,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <math.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,8 +11,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
 #include "master/hdr.h"
 #include "master/image_file.h"
@@ -24,6 +18,7 @@
 #include "master/png.h"
 #include "test/files.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 #define STBI_ONLY_PNG
 #define STBI_ONLY_HDR
@@ -119,7 +114,6 @@ static struct canvas sample_canvas(uint32_t width, uint32_t height)
 
 static void test_extensions(void **state)
 {
-    (void)state;
     assert_true(image_extension_known("a.png"));
     assert_true(image_extension_known("x.y/a.b.PNG"));
     assert_true(image_extension_known("a.Hdr"));
@@ -137,7 +131,6 @@ static void test_extensions(void **state)
 
 static void test_png_values(void **state)
 {
-    (void)state;
     const float values[] = {0,           1,      0.5f,  127.4f / 255, 127.6f / 255, 0.49f / 255,
                             0.51f / 255, -1,     2,     NAN,          HUGE_VALF,    -HUGE_VALF,
                             1e30f,       0.999f, 0.99f, 0.998f,       0.1f,         1e-30f};
@@ -188,7 +181,6 @@ static void assert_written_together(uint32_t width, uint32_t height)
 /* Of many bands, of rows that are longer than a band should be, and of next to nothing. */
 static void test_png_by_a_pool(void **state)
 {
-    (void)state;
     assert_written_together(1400, 900);
     assert_written_together(65535, 9);
     assert_written_together(1, 3000);
@@ -198,7 +190,6 @@ static void test_png_by_a_pool(void **state)
 /* Every 8-bit value v / 255 survives. */
 static void test_png_all_values(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 256, 1);
     for (int i = 0; i < 256 * 3; i++)
@@ -216,7 +207,6 @@ static void test_png_all_values(void **state)
 /* Rows that follow from those above, by steps and by noise. */
 static void test_png_rows(void **state)
 {
-    (void)state;
     enum { WIDTH = 67, HEIGHT = 41 };
     struct canvas canvas;
     canvas_init(&canvas, WIDTH, HEIGHT);
@@ -240,7 +230,6 @@ static void test_png_rows(void **state)
 
 static void test_hdr(void **state)
 {
-    (void)state;
     struct canvas canvas = sample_canvas(40, 7);
     for (size_t i = 0; i < 30; i++)
         canvas.rgb[i] *= 1000;
@@ -262,7 +251,6 @@ static void test_hdr(void **state)
 
 static void test_hdr_extremes(void **state)
 {
-    (void)state;
     const float values[] = {-1, 0.5f, NAN, HUGE_VALF, 0, 0, 3e38f, 1, 1, 1e-40f, 0, 0};
     struct canvas canvas;
     canvas_init(&canvas, 4, 1);
@@ -280,7 +268,6 @@ static void test_hdr_extremes(void **state)
 
 static void test_pfm_is_exact(void **state)
 {
-    (void)state;
     struct canvas canvas = sample_canvas(3, 2);
     canvas.rgb[0] = NAN;
     canvas.rgb[1] = -HUGE_VALF;
@@ -301,7 +288,6 @@ static void test_pfm_is_exact(void **state)
 
 static void test_replaces_whole(void **state)
 {
-    (void)state;
     write_text("a.json", "something much longer than what follows");
     assert_int_equal(chmod("a.json", 0640), 0);
     assert_true(text_write("output.report", "a.json", "{}\n"));
@@ -314,7 +300,6 @@ static void test_replaces_whole(void **state)
 
 static void test_permissions_of_new_file(void **state)
 {
-    (void)state;
     mode_t old = umask(027);
     assert_true(text_write("output.report", "a.json", "x"));
     umask(old);
@@ -325,7 +310,6 @@ static void test_permissions_of_new_file(void **state)
 
 static void test_links_stay(void **state)
 {
-    (void)state;
     assert_int_equal(mkdir("there", 0777), 0);
     write_text("there/real", "old");
     assert_int_equal(symlink("there/second", "first"), 0);
@@ -345,7 +329,6 @@ static void test_links_stay(void **state)
 
 static void test_links_in_circles(void **state)
 {
-    (void)state;
     assert_int_equal(symlink("b", "a"), 0);
     assert_int_equal(symlink("a", "b"), 0);
     assert_false(output_writable("a", "output.report"));
@@ -357,7 +340,6 @@ static void test_links_in_circles(void **state)
 /* A full disk, as a limit on the size of files. */
 static void test_failure_leaves_the_old_file(void **state)
 {
-    (void)state;
     struct canvas canvas = sample_canvas(100, 100);
     write_text("a.pfm", "old");
     struct rlimit old, small;
@@ -379,7 +361,6 @@ static void test_failure_leaves_the_old_file(void **state)
 
 static void test_full_device(void **state)
 {
-    (void)state;
     struct canvas canvas = sample_canvas(30, 30);
     if (access("/dev/full", W_OK)) skip();
     assert_int_equal(symlink("/dev/full", "a.png"), 0);
@@ -398,7 +379,6 @@ static void test_full_device(void **state)
 
 static void test_fifo(void **state)
 {
-    (void)state;
     assert_int_equal(mkfifo("pipe", 0600), 0);
     assert_true(output_writable("pipe", "output.report")); /* does not wait for a reader */
     int reader = open("pipe", O_RDONLY | O_NONBLOCK);
@@ -414,7 +394,6 @@ static void test_fifo(void **state)
 /* Who reads may come later. */
 static void test_fifo_without_reader(void **state)
 {
-    (void)state;
     assert_int_equal(mkfifo("pipe", 0600), 0);
     pid_t child = fork();
     if (child == 0) {
@@ -459,7 +438,6 @@ static void check_stdout(const char *path)
 /* What the shell's "> file" and ">> file" expect. */
 static void test_stdout(void **state)
 {
-    (void)state;
     assert_int_equal(symlink("/dev/stdout", "link") + symlink("link", "again"), 0);
     assert_int_equal(symlink("/dev/fd", "folder") + symlink("folder/1", "inside"), 0);
     static const char *const paths[] = {"/dev/stdout",     "/dev/fd/1", "/dev//stdout",
@@ -472,7 +450,6 @@ static void test_stdout(void **state)
 /* Other descriptors, such as the shell's "3>> file"; not one that MPI has open. */
 static void test_descriptor(void **state)
 {
-    (void)state;
     int ends[2], file = open("log", O_WRONLY | O_CREAT | O_APPEND, 0600);
     char *path = format_text("/dev/fd/%d", file);
     assert_int_equal(write(file, "before ", 7), 7);
@@ -495,7 +472,6 @@ static void test_descriptor(void **state)
 
 static void test_writable_refusals(void **state)
 {
-    (void)state;
     write_text("file", "");
     assert_refused("", "expected a file name");
     assert_refused(".", ".: is a folder, expected a file name");
@@ -511,7 +487,6 @@ static void test_writable_refusals(void **state)
 
 static void test_writable_touches_nothing(void **state)
 {
-    (void)state;
     write_text("a.png", "old");
     struct stat before, after;
     assert_int_equal(stat("a.png", &before), 0);
@@ -527,7 +502,6 @@ static void test_writable_touches_nothing(void **state)
 /* A name of the greatest length leaves no room for a longer temporary one. */
 static void test_long_name(void **state)
 {
-    (void)state;
     char *name = allocate_zeroed(256, 1);
     memset(name, 'x', 255);
     assert_true(output_writable(name, "output.report"));
@@ -538,7 +512,6 @@ static void test_long_name(void **state)
 
 static void test_read_only(void **state)
 {
-    (void)state;
     if (geteuid() == 0) skip(); /* may write everywhere */
     write_text("a.png", "");
     assert_int_equal(chmod("a.png", 0444), 0);
@@ -552,7 +525,6 @@ static void test_read_only(void **state)
 /* What files lose, as it is read back from them. */
 static void test_quantisation(void **state)
 {
-    (void)state;
     struct canvas canvas;
     canvas_init(&canvas, 40, 3);
     for (int i = 0; i < 360; i++)
@@ -585,7 +557,6 @@ static void test_quantisation(void **state)
 /* Nobody who is killed meanwhile leaves an empty file. */
 static void test_no_file_while_encoding(void **state)
 {
-    (void)state;
     struct canvas canvas = sample_canvas(7, 5);
     assert_true(image_write("a.png", &canvas, NULL));
     assert_int_equal(files_before, 0);
@@ -609,7 +580,6 @@ static double seconds_of(const char *path, uint32_t width, uint32_t height, bool
 /* Of a small picture next to nothing, of a large one more. */
 static void test_seconds(void **state)
 {
-    (void)state;
     const char *const paths[] = {"a.png", "a.hdr", "a.pfm"};
     for (size_t i = 0; i < 3; i++) {
         for (int rendered = 0; rendered < 2; rendered++) {
@@ -623,7 +593,6 @@ static void test_seconds(void **state)
 /* What takes a while is told of before it is done. */
 static void test_announced(void **state)
 {
-    (void)state;
     const char *const paths[] = {"a.png", "a.hdr", "a.pfm"};
     struct canvas canvas;
     canvas_init(&canvas, 1000, 700);

@@ -23,7 +23,6 @@ static struct scene *loaded(void **state, const char *text)
 
 static void test_form(void **state)
 {
-    (void)state;
     write_text("form.ini", "\xef\xbb\xbf# comment\r\n"
                            "  [ sphere   big ball ]  ; comment\r\n"
                            "\tcenter = 1 2 3 ; comment\r\n"
@@ -89,7 +88,6 @@ static void test_form_mistakes(void **state)
 /* Lines around the length that inih takes, and the longest ones: all are read alike. */
 static void test_long_lines(void **state)
 {
-    (void)state;
     char text[20000], name[50], value[4200];
     memset(name, 'n', 47);
     name[47] = '\0';
@@ -147,7 +145,6 @@ static void test_limits(void **state)
 /* The same texts as short lines and as ones that inih does not see whole. */
 static void test_comments_in_long_lines(void **state)
 {
-    (void)state;
     static const char *const values[] = {"a;b", "a ;b",  "a\t; b", ";b",   " ;b",
                                          "a;",  "a = b", "",       "\"a\""};
     for (size_t i = 0; i < sizeof values / sizeof *values; i++) {

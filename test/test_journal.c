@@ -3,11 +3,7 @@
 #include <fcntl.h>
 #include <linux/magic.h>
 #include <math.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,11 +15,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/clock.h"
 #include "master/journal_file.h"
 #include "test/journal_fixture.h"
+#include "test/unit.h"
 
 #define MOVED "b.journal"
 

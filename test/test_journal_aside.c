@@ -1,17 +1,12 @@
 /* Journals of other pictures: set aside under another name, and taken back for their own picture. */
 #include <errno.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "test/journal_fixture.h"
+#include "test/unit.h"
 
 /* The error of renaming without replacing; 0: none. */
 static int rename_error;

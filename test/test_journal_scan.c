@@ -1,10 +1,6 @@
 /* Damaged journals: all records that are whole and in their place are found, and nothing else. */
 #include <errno.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,11 +8,10 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/clock.h"
 #include "master/journal_scan.h"
 #include "test/journal_fixture.h"
+#include "test/unit.h"
 
 /* Syncs would take most of the time; test_journal.c tests when there is one. */
 int fdatasync(int file)

@@ -1,14 +1,9 @@
 /* Strings and numbers as JSON has them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/json.h"
+#include "test/unit.h"
 
 static void assert_json_string(const char *value, const char *expected)
 {
@@ -23,7 +18,6 @@ static void assert_json_string(const char *value, const char *expected)
 
 static void test_json_strings(void **state)
 {
-    (void)state;
     assert_json_string("", "");
     assert_json_string("a\"b\\c/\n\x7f\x01", "a\\\"b\\\\c/\\u000a\\u007f\\u0001");
     assert_json_string("\xc3\xa9 \xe2\x82\xac \xf0\x9f\x94\xa6",
@@ -39,7 +33,6 @@ static void test_json_strings(void **state)
 
 static void test_json_numbers(void **state)
 {
-    (void)state;
     const double values[] = {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, 0, 123456789, -2.5};
     const char *const expected[] = {"0.1\n",
                                     "0.3333333333333333\n",

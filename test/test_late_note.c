@@ -1,18 +1,12 @@
 /* A note that is printed only where something takes long. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/late_note.h"
+#include "test/unit.h"
 
 static void test_late(void **state)
 {
-    (void)state;
     char said[100] = "";
     struct late_note note;
     message_capture(said, sizeof said);
@@ -30,7 +24,6 @@ static void test_late(void **state)
 /* What is done in time is not told, nor waited for, whether the thread that would tell it has begun to sleep or not. */
 static void test_in_time(void **state)
 {
-    (void)state;
     static const double takes[] = {0, 0.05};
     char said[100] = "";
     struct late_note note;

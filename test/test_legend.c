@@ -1,14 +1,9 @@
 /* Tests of the legend that shows which colour is which rank. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/legend.h"
+#include "test/unit.h"
 
 #define ENTRIES 44
 
@@ -42,7 +37,6 @@ static unsigned pixels_of(const struct canvas *canvas, const float rgb[3])
 /* Every entry has its square, nothing is drawn outside of the legend, and the picture is unchanged. */
 static void test_every_entry_is_there(void **state)
 {
-    (void)state;
     static const uint32_t widths[] = {30, 319, 320, 640, 1920};
     struct legend_entry entries[ENTRIES];
     make_entries(entries, 0);
@@ -72,7 +66,6 @@ static unsigned dots_of(uint32_t number)
 
 static void test_numbers(void **state)
 {
-    (void)state;
     static const unsigned dots[] = {12, 8, 11, 10, 9, 11, 12, 7, 13, 12};
     for (uint32_t digit = 0; digit < 10; digit++)
         assert_int_equal(dots_of(digit), dots[digit]);
@@ -82,7 +75,6 @@ static void test_numbers(void **state)
 /* All numbers have room for the longest one, wherever it stands. */
 static void test_room_for_the_longest_number(void **state)
 {
-    (void)state;
     struct legend_entry entries[] = {{9, {1, 0, 0}}, {8, {1, 0, 0}}, {7, {1, 0, 0}}};
     uint32_t width = 2 + 3 * (5 + 2 + 4 + 2); /* dots: three entries of a digit beside each other */
     assert_int_equal(legend_height(width, 1000, entries, 3), 8);
@@ -92,7 +84,6 @@ static void test_room_for_the_longest_number(void **state)
 
 static void test_room(void **state)
 {
-    (void)state;
     struct legend_entry entries[ENTRIES];
     make_entries(entries, 0);
     assert_int_equal(legend_height(1, 1000, entries, ENTRIES), 0);

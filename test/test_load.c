@@ -42,7 +42,6 @@ static void test_overrides(void **state)
 
 static void test_overrides_in_order(void **state)
 {
-    (void)state;
     write_text("scene.ini", text);
     char first[] = "image.width=10", second[] = "image.width=20";
     char *overrides[] = {first, second};

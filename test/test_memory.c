@@ -28,7 +28,6 @@ static struct rlimit set_limit(size_t bytes)
 
 static void test_limit(void **state)
 {
-    (void)state;
     SKIP_IF_SANITIZED();
     size_t before = memory_limit();
     assert_true(before > 16 << 20);
@@ -91,7 +90,6 @@ static void check_fatal(size_t count, size_t size, const char *expected)
 
 static void test_blocks(void **state)
 {
-    (void)state;
     volatile size_t huge = SIZE_MAX / 2;
     char expected[256];
     snprintf(expected, sizeof expected,
@@ -107,7 +105,6 @@ static void test_blocks(void **state)
 /* Blocks of a huge page or more are whole huge pages, and all of the block is writable. */
 static void test_large(void **state)
 {
-    (void)state;
     const size_t page = (size_t)2 << 20, sizes[] = {1, page - 1, page, 3 * page + 1};
     for (unsigned i = 0; i < 4; i++) {
         char *block = allocate_large(sizes[i]);

@@ -1,16 +1,11 @@
 /* Tests of which bytes are printable, and of the sizes of allocated blocks. */
 #include <malloc.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
+#include "test/unit.h"
 
 /* Encodes the number in UTF-8 with this number of bytes, which may be more than it needs. */
 static void encode(uint32_t number, size_t bytes, char text[5])
@@ -37,7 +32,6 @@ static bool is_character(uint32_t number)
 /* Of all encodings of a given number of bytes, exactly the shortest ones of printable characters are accepted. */
 static void test_printable(void **state)
 {
-    (void)state;
     const uint32_t ends[] = {0, 0x80, 0x800, 0x10000, 0x200000};
     for (size_t bytes = 1; bytes <= 4; bytes++) {
         for (uint32_t number = 0; number < ends[bytes]; number++) {
@@ -52,7 +46,6 @@ static void test_printable(void **state)
 /* Truncated characters, and bytes that begin none, are refused. */
 static void test_unprintable(void **state)
 {
-    (void)state;
     for (size_t bytes = 2; bytes <= 4; bytes++) {
         for (size_t end = 1; end < bytes; end++) {
             char text[5];
@@ -74,7 +67,6 @@ static void test_unprintable(void **state)
 
 static void test_large_blocks(void **state)
 {
-    (void)state;
     const size_t page = (size_t)2 << 20, sizes[] = {1, page - 1, page, page + 1, 3 * page - 1};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         void *block = allocate_large(sizes[i]);
@@ -91,7 +83,6 @@ static void test_large_blocks(void **state)
 /* grow() makes room for one more element, and keeps the others. */
 static void test_grow(void **state)
 {
-    (void)state;
     uint32_t *items = NULL;
     for (uint32_t count = 0; count < 1000; count++) {
         items = grow(items, count, sizeof *items);

@@ -1,11 +1,5 @@
 /* Tests of the generated models: they are complete and closed, face outward, and are the same on every run. */
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +8,7 @@
 #include "config/models/lantern.h"
 #include "config/models/models.h"
 #include "test/files.h"
+#include "test/unit.h"
 
 #define TRIANGLES_OF_CG1 50000 /* the least number that the sample scene must have */
 #define ALL_MATERIALS    UINT32_MAX
@@ -118,7 +113,6 @@ static void make_lantern(struct mesh *mesh, enum lantern_style style)
 
 static void test_lantern_has_enough_triangles(void **state)
 {
-    (void)state;
     struct mesh mesh;
     make_lantern(&mesh, LANTERN_KASUGA);
     assert_true(mesh.triangle_count >= TRIANGLES_OF_CG1);
@@ -127,7 +121,6 @@ static void test_lantern_has_enough_triangles(void **state)
 
 static void test_lantern_is_closed_and_sane(void **state)
 {
-    (void)state;
     for (int style = LANTERN_KASUGA; style <= LANTERN_YUKIMI; style++) {
         struct mesh mesh;
         make_lantern(&mesh, (enum lantern_style)style);
@@ -140,7 +133,6 @@ static void test_lantern_is_closed_and_sane(void **state)
 /* Refractive parts must be closed solids, or rays would enter them and never leave. */
 static void test_glass_is_solid(void **state)
 {
-    (void)state;
     struct mesh mesh;
     make_lantern(&mesh, LANTERN_KASUGA);
     const char *const transparent[] = {"pane", "jewel", "flame"};
@@ -154,7 +146,6 @@ static void test_glass_is_solid(void **state)
 
 static void test_lantern_stands_on_its_foot(void **state)
 {
-    (void)state;
     struct mesh mesh;
     make_lantern(&mesh, LANTERN_KASUGA);
     double low = HUGE_VAL, high = -HUGE_VAL;
@@ -169,7 +160,6 @@ static void test_lantern_stands_on_its_foot(void **state)
 
 static void test_two_runs_write_the_same_bytes(void **state)
 {
-    (void)state;
     char folder[] = "/tmp/farm_models_XXXXXX", path[64];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/lantern.obj", folder);
@@ -189,7 +179,6 @@ static void test_two_runs_write_the_same_bytes(void **state)
 
 static void test_write_errors_are_told(void **state)
 {
-    (void)state;
     assert_false(write_lantern("/nonexistent/folder"));
     struct mesh mesh;
     mesh_init(&mesh);
@@ -201,7 +190,6 @@ static void test_write_errors_are_told(void **state)
 /* One of each shape, apart from each other, with its volume by elementary formulas. */
 static void test_shapes_are_closed_and_outward(void **state)
 {
-    (void)state;
     const struct point2 profile[] = {{0, 0}, {1, 0}, {1, 2}, {0, 2}};
     const struct vec3 path[] = {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}};
     const double radii[] = {0.5, 0.5, 0.5};
@@ -244,7 +232,6 @@ static void test_shapes_are_closed_and_outward(void **state)
 
 static void test_refining_keeps_a_mesh_closed(void **state)
 {
-    (void)state;
     struct mesh mesh;
     mesh_init(&mesh);
     struct mesh_mark from = mesh_mark(&mesh);
@@ -268,7 +255,6 @@ static void test_refining_keeps_a_mesh_closed(void **state)
 
 static void test_smoothing_respects_creases(void **state)
 {
-    (void)state;
     struct mesh mesh;
     mesh_init(&mesh);
     const struct mesh_mark all = mesh_mark(&mesh);
@@ -282,7 +268,6 @@ static void test_smoothing_respects_creases(void **state)
 
 static void test_chance_and_noise_stay_in_range(void **state)
 {
-    (void)state;
     double sum = 0;
     for (uint32_t i = 0; i < 10000; i++) {
         double c = chance(7, i);

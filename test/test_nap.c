@@ -1,17 +1,11 @@
 /* Tests of naps: their lengths, and that they end on time. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <sys/prctl.h>
 
-#include <cmocka.h>
-
 #include "common/nap.h"
+#include "test/unit.h"
 
 static void test_sharpen(void **state)
 {
-    (void)state;
     /* What is left of the 50 us that a process begins with must not count beside the shortest nap. */
     nap_sharpen();
     assert_true(prctl(PR_GET_TIMERSLACK) * 1e-9 <= NAP_SHORTEST / 10);
@@ -20,7 +14,6 @@ static void test_sharpen(void **state)
 /* From the shortest to the longest, and back with nap_reset(). */
 static void test_lengths(void **state)
 {
-    (void)state;
     struct nap nap = {0};
     nap_take(&nap);
     assert_true(nap.seconds == 2 * NAP_SHORTEST);
@@ -39,7 +32,6 @@ static void test_lengths(void **state)
  * polls at once. */
 static void test_heard(void **state)
 {
-    (void)state;
     struct nap nap = {0};
     double now = 0;
     for (int i = 0; i < 100; i++)
@@ -58,7 +50,6 @@ static void test_heard(void **state)
  * nothing for some time sleeps for a part of that at once, but not for long. */
 static void test_soon_and_calm(void **state)
 {
-    (void)state;
     struct nap nap = {0};
     double begin = clock_wall();
     while (nap_spins(&nap)) {
@@ -76,7 +67,6 @@ static void test_soon_and_calm(void **state)
 /* After a ring, naps are short until what the bell was rung for has come, or for a while. */
 static void test_woken(void **state)
 {
-    (void)state;
     struct nap nap = {0};
     assert_false(nap_is_rung(&nap));
     nap_woken(&nap);

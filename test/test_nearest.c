@@ -258,7 +258,6 @@ static void compare_scenes(struct recipe recipe, unsigned scenes, unsigned primi
 
 static void test_scattered(void **state)
 {
-    (void)state;
     uint64_t random = 13;
     compare_scenes((struct recipe){&random, SCATTERED, 10, {0, 0, 0}, 0}, 16, 80, 5000);
 }
@@ -269,7 +268,6 @@ static void test_scattered(void **state)
  */
 static void test_face_before_a_way_out(void **state)
 {
-    (void)state;
     for (unsigned form = 0; form < 2; form++) {
         double b = 0x1p-10, off, y = sqrt(1 - b * b);
         do {
@@ -306,7 +304,6 @@ static void test_face_before_a_way_out(void **state)
 
 static void test_lattice(void **state)
 {
-    (void)state;
     uint64_t random = 14;
     compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}, 0}, 16, 60, 5000);
 }
@@ -350,7 +347,6 @@ static void compare_with_brute(const struct scene *scene, const struct ray *rays
 
 static void test_piles(void **state)
 {
-    (void)state;
     uint64_t random = 17;
     static struct ray rays[PILE_RAYS];
     for (int form = 0; form < 4; form++) {
@@ -369,7 +365,6 @@ static void test_piles(void **state)
 /* Of whose facets the tree has pieces. */
 static void test_pipe(void **state)
 {
-    (void)state;
     uint64_t random = 19;
     static struct ray rays[PILE_RAYS];
     struct builder *builder = builder_create();
@@ -392,7 +387,6 @@ static void test_pipe(void **state)
 /* Of which the tree has pieces. */
 static void test_rods(void **state)
 {
-    (void)state;
     uint64_t random = 20;
     static struct ray rays[PILE_RAYS];
     struct builder *builder = builder_create();
@@ -431,7 +425,6 @@ static void cluster_rays(const struct recipe *recipe, unsigned form, struct ray 
 /* Of which each is too fine for the floats of the other's tree. */
 static void test_clusters(void **state)
 {
-    (void)state;
     uint64_t random = 18;
     static struct ray rays[PILE_RAYS];
     const struct recipe recipes[] = {{&random, SCATTERED, 1e-2, {0, 0, 0}, 1e6},
@@ -455,7 +448,6 @@ static void test_clusters(void **state)
 /* Enough triangles for leaves of all sizes. */
 static void test_meshes(void **state)
 {
-    (void)state;
     uint64_t random = 16;
     compare_scenes((struct recipe){&random, MESH, 6, {0, 0, 0}, 0}, 6, 400, 1500);
     compare_scenes((struct recipe){&random, MESH, 3, {0x1p50, -0x1p50, 0}, 0}, 2, 100, 1000);
@@ -463,7 +455,6 @@ static void test_meshes(void **state)
 
 static void test_tiny_and_far_away(void **state)
 {
-    (void)state;
     uint64_t random = 15;
     compare_scenes((struct recipe){&random, SCATTERED, 1e-9, {0, 0, 0}, 0}, 4, 50, 4000);
     compare_scenes((struct recipe){&random, SCATTERED, 1, {1e6, -1e6, 1e6}, 0}, 4, 50, 4000);
@@ -475,7 +466,6 @@ static void test_tiny_and_far_away(void **state)
 
 static void test_duplicates(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     for (int i = 0; i < 40; i++)
@@ -506,7 +496,6 @@ static struct scene *single_sphere(double transmission)
 
 static void test_t_max(void **state)
 {
-    (void)state;
     struct scene *scene = single_sphere(0);
     struct bvh *bvh = build_tree(scene);
     struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
@@ -525,7 +514,6 @@ static void test_t_max(void **state)
 
 static void test_nonfinite_rays(void **state)
 {
-    (void)state;
     struct scene *scene = single_sphere(0);
     struct bvh *bvh = build_tree(scene);
     const double odd[] = {(double)NAN, INFINITE, -INFINITE};
@@ -543,7 +531,6 @@ static void test_nonfinite_rays(void **state)
 
 static void test_light_through_glass(void **state)
 {
-    (void)state;
     struct scene *scene = single_sphere(0.5);
     struct bvh *bvh = build_tree(scene);
     struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
@@ -563,7 +550,6 @@ static void test_light_through_glass(void **state)
  * batch, so that one ray's passages must not colour the next. */
 static void test_many_transparent_materials(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct vec3 expected = vec3(1, 1, 1);
     for (uint32_t i = 0; i < 100; i++) {
@@ -591,7 +577,6 @@ static void test_many_transparent_materials(void **state)
 
 static void test_empty_scene(void **state)
 {
-    (void)state;
     struct scene *scene = finish_scene(builder_create());
     struct bvh *bvh = build_tree(scene);
     struct ray ray = ray_along(vec3(0, 0, 0), vec3(1, 2, 3));
@@ -643,7 +628,6 @@ static struct scene *scaled_scene(const struct scene *scene, double scale)
 
 static void test_scaling_by_powers_of_two(void **state)
 {
-    (void)state;
     uint64_t random = 16;
     struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}, 0};
     struct scene *scene = random_scene(&recipe, 100, true);
@@ -672,7 +656,6 @@ static void test_scaling_by_powers_of_two(void **state)
 /* The naive formulas agree where nothing is extreme. */
 static void test_naive_formulas(void **state)
 {
-    (void)state;
     uint64_t random = 20;
     struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}, 0};
     struct scene *scene = random_scene(&recipe, 100, true);

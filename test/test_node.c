@@ -1,11 +1,6 @@
 /* Tests of which ranks share memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
-
+#include "test/unit.h"
 #include "worker/node.h"
 
 #define RANKS 8
@@ -35,7 +30,6 @@ static void check(const uint64_t *realm, int isolated, const struct node_place *
 
 static void test_places(void **state)
 {
-    (void)state;
     check((uint64_t[RANKS]){7, 7, 7, 7, 7, 7, 7, 7}, 0,
           (struct node_place[RANKS]){PLACE(0, 0, 8, 1), PLACE(0, 1, 8, 1), PLACE(0, 2, 8, 1),
                                      PLACE(0, 3, 8, 1), PLACE(0, 4, 8, 1), PLACE(0, 5, 8, 1),

@@ -1,17 +1,12 @@
 /* Tests of decimal numbers, compared with strtod(), and of texts that are no numbers. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/number.h"
 #include "common/vec.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 static uint64_t bits_of(double value)
 {
@@ -29,7 +24,6 @@ static void check_like_strtod(const char *text)
 
 static void test_plain_numbers(void **state)
 {
-    (void)state;
     static const char *const texts[] = {"0",
                                         "-0",
                                         "+1",
@@ -65,7 +59,6 @@ static void test_plain_numbers(void **state)
 
 static void test_no_numbers(void **state)
 {
-    (void)state;
     static const char *const texts[] = {"",
                                         "+",
                                         "-",
@@ -100,7 +93,6 @@ static void test_no_numbers(void **state)
 
 static void test_random_numbers(void **state)
 {
-    (void)state;
     uint64_t random = 88172645463325252u;
     static const char *const formats[] = {"%.3f", "%.6f", "%g", "%.17g", "%.25e", "%.1e"};
     for (int i = 0; i < 60000; i++) {
@@ -117,7 +109,6 @@ static void test_random_numbers(void **state)
 
 static void test_scan_stops_behind_the_number(void **state)
 {
-    (void)state;
     double value;
     const char *text = "-1.5e2/7";
     assert_ptr_equal(number_scan(text, &value), text + 6);
@@ -129,7 +120,6 @@ static void test_scan_stops_behind_the_number(void **state)
 
 static void test_unsigned(void **state)
 {
-    (void)state;
     uint32_t value;
     assert_true(number_parse_unsigned("4294967295", &value) && value == UINT32_MAX);
     assert_true(number_parse_unsigned("007", &value) && value == 7);
@@ -141,7 +131,6 @@ static void test_unsigned(void **state)
 
 static void test_format_reads_back(void **state)
 {
-    (void)state;
     char text[NUMBER_TEXT_SIZE];
     assert_string_equal(number_format(0.1, text), "0.1");
     assert_string_equal(number_format(640, text), "640");
@@ -160,7 +149,6 @@ static void test_format_reads_back(void **state)
 /* Lengths and unit vectors over the whole range of double; scaling by 2^k changes no bit. */
 static void test_unit_vectors(void **state)
 {
-    (void)state;
     static const double sizes[] = {4.9e-324, 1e-320, 1e-308, 1e-200, 1e-136,
                                    1,        1e150,  1e300,  1.7e308};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {

@@ -210,7 +210,6 @@ static void test_folded_is_not_yet_looked_at(void **state)
 /* The sum of what was found is rounded up; with NaN the bound is infinite. */
 static void test_found_is_rounded_up(void **state)
 {
-    (void)state;
     uint64_t random = 5;
     struct omission omission = {0};
     for (int round = 0; round < 100; round++) {
@@ -232,7 +231,6 @@ static void test_found_is_rounded_up(void **state)
 /* A lit point is at most as bright as the lights allow, unless surfaces between make light brighter. */
 static void test_light_that_grows(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct light light = {{0, 0, 5}, {1, 1, 1}};
     struct material material = {.color = {1, 1, 1}, .diffuse = 0.5, .ambient = 0.25, .ior = 1};

@@ -2,16 +2,12 @@
  * Tests highlight, mirror and refraction against their definitions, evaluated with 600 bits for exactly the vectors
  * that the functions are given.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
 #include <mpfr.h>
 
 #include "common/scene_check.h"
 #include "test/random.h"
+#include "test/unit.h"
 #include "worker/exact.h"
 #include "worker/optics.h"
 
@@ -158,7 +154,6 @@ static void check_lobes(double shininess, int count, double *paper)
 
 static void test_lobe(void **state)
 {
-    (void)state;
     for (double n = 1; n <= SHININESS_MAX; n *= 10) {
         double paper = 0;
         check_lobes(n, 400, &paper);
@@ -171,7 +166,6 @@ static void test_lobe(void **state)
 /* Rounding takes no highlight above 1, on which the bounds on what is left out rely. */
 static void test_lobe_is_at_most_one(void **state)
 {
-    (void)state;
     for (int i = 0; i < 10000; i++) {
         struct vec3 view, normal;
         random_meeting(uniform(0, 1), &view, &normal);
@@ -184,7 +178,6 @@ static void test_lobe_is_at_most_one(void **state)
 /* A scene scaled by a power of two gives the same numbers. */
 static void test_lobe_scales(void **state)
 {
-    (void)state;
     for (int i = 0; i < 200; i++) {
         struct vec3 view, normal;
         random_meeting(uniform(0, 1), &view, &normal);
@@ -199,7 +192,6 @@ static void test_lobe_scales(void **state)
 /* Catalogue 46. */
 static void test_lobe_ends(void **state)
 {
-    (void)state;
     mpfr_t exact;
     mpfr_init2(exact, BITS);
     for (double x = 1e-10; x > 1e-306; x *= 1e-7) { /* cos b = x, far from the highlight */
@@ -248,7 +240,6 @@ static void check_length(struct vec3 v, double limit)
 /* Catalogue 50, and beyond it: grazing incidence down to an angle of 0. */
 static void test_grazing_mirror(void **state)
 {
-    (void)state;
     mpfr_t side;
     mpfr_init2(side, BITS);
     const double cosines[] = {1, 0.5, 1e-3, 1e-8, 1e-12, 1e-15, 1e-16, 3e-17, 1e-20, 0};
@@ -270,7 +261,6 @@ static void test_grazing_mirror(void **state)
 /* A chain of mirrors keeps its length and, between parallel ones, its direction. */
 static void test_many_mirrors(void **state)
 {
-    (void)state;
     struct vec3 normal = vec_normalize(vec3(1, 2, -2)), start = vec_normalize(vec3(-3, 1, 5));
     struct vec3 view = start;
     if (vec_dot(view, normal) > 0) normal = vec_neg(normal);
@@ -306,7 +296,6 @@ static void check_k(double from, double to, double cos_i)
 
 static void test_k(void **state)
 {
-    (void)state;
     const double ratios[] = {1 + 1e-7, 1 + 1e-15, 1 - 1e-7, 1.5, 1 / 1.5, 1e3, 1e-3, 2.4};
     for (size_t i = 0; i < sizeof ratios / sizeof *ratios; i++) {
         double eta = ratios[i];
@@ -326,7 +315,6 @@ static void test_k(void **state)
 /* 5/3 and 4/5: total reflection begins exactly at k = 0, which still passes. */
 static void test_k_at_the_critical_angle(void **state)
 {
-    (void)state;
     assert_true(snell_k(5, 3, 0.8) > 0); /* 0.8 as a double is a little more than 4/5 */
     assert_true(snell_k(5, 4, 0.6) < 0); /* and 0.6 a little less than 3/5 */
     assert_true(snell_k(1.25, 0.75, 0.8) == snell_k(5, 3, 0.8));
@@ -338,7 +326,6 @@ static void test_k_at_the_critical_angle(void **state)
 /* Into a medium that is as good as none no light enters, not even straight on. */
 static void test_no_medium_beyond(void **state)
 {
-    (void)state;
     const struct vec3 view = {0, 0, -1}, normal = {0, 0, 1};
     struct vec3 out;
     assert_true(snell(view, normal, 1, 0x1p-499, &out) && out.z == -1);
@@ -388,7 +375,6 @@ static void check_refraction(struct vec3 view, struct vec3 normal, double from, 
 
 static void test_refraction(void **state)
 {
-    (void)state;
     const double indices[] = {1.5, 1.33, 2.4, 1 + 1e-7, 1 + 1e-12, 1e3};
     for (size_t i = 0; i < sizeof indices / sizeof *indices; i++) {
         double critical = sqrt((indices[i] - 1) * (indices[i] + 1)) / indices[i];
@@ -406,7 +392,6 @@ static void test_refraction(void **state)
 /* Catalogue 48. */
 static void test_equal_media_keep_the_bits(void **state)
 {
-    (void)state;
     for (int n = 0; n < 100; n++) {
         struct vec3 view, normal, out;
         random_meeting(uniform(0, 1), &view, &normal);
@@ -421,7 +406,6 @@ static void test_equal_media_keep_the_bits(void **state)
  */
 static void test_slab_keeps_the_direction(void **state)
 {
-    (void)state;
     for (int n = 0; n < 2000; n++) {
         struct vec3 view, normal, inner, outer;
         random_meeting(uniform(0.45, 1), &view, &normal);

@@ -155,13 +155,11 @@ static void check_all(check_scene *check, double transmission, uint64_t random)
 
 static void test_glass_on_floor(void **state)
 {
-    (void)state;
     check_all(floor_comes_first, 0, 71);
 }
 
 static void test_glass_on_glass(void **state)
 {
-    (void)state;
     check_all(both_in_one_order, 0.5, 72);
 }
 
@@ -279,7 +277,6 @@ static void passes_each_once(struct crowd *crowd)
 
 static void test_each_is_passed_once(void **state)
 {
-    (void)state;
     static struct crowd crowd;
     uint64_t random = 74;
     for (enum kind upper = MESH; upper < KINDS; upper++)
@@ -320,7 +317,6 @@ static struct scene *two_sheets(unsigned diagonal)
 /* Both are met, and neither twice. */
 static void test_sheets_with_common_corners(void **state)
 {
-    (void)state;
     static struct crowd crowd;
     uint64_t random = 75;
     for (unsigned i = 0; i < 4; i++) {
@@ -363,7 +359,6 @@ static struct scene *wedge_on_floor(void)
  * tested first. */
 static void test_three_through_one_line(void **state)
 {
-    (void)state;
     static struct ray rays[RAYS];
     static struct hit hits[RAYS];
     struct scene *scene = wedge_on_floor();
@@ -408,7 +403,6 @@ static struct scene *oblique_scene(uint64_t *random)
 /* Reflected rays and shadow rays that start on one of the triangles meet none of them. */
 static void test_oblique(void **state)
 {
-    (void)state;
     uint64_t random = 73;
     for (int i = 0; i < 40; i++) {
         struct scene *scene = oblique_scene(&random);
@@ -449,7 +443,6 @@ static struct scene *large_scene(double reach, uint64_t *random)
 /* From an eye close to triangles that are far larger than its distance, all rays meet them in the same order. */
 static void test_large_and_oblique(void **state)
 {
-    (void)state;
     uint64_t random = 77;
     for (double reach = 1; reach < 1e9; reach *= 30) {
         struct scene *scene = large_scene(reach, &random);

@@ -125,7 +125,6 @@ static void is_thrown_back(const struct scene *scene, const struct bvh *bvh,
 
 static void test_round(void **state)
 {
-    (void)state;
     uint64_t random = 76;
     static const struct {
         enum primitive_kind kind;
@@ -154,7 +153,6 @@ static void test_round(void **state)
  * it is met all the same. */
 static void test_tube_far_away(void **state)
 {
-    (void)state;
     uint64_t random = 77;
     struct builder *builder = builder_create();
     uint32_t material = add_material(builder, vec3(1, 1, 1), 0);

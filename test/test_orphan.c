@@ -1,18 +1,13 @@
 /* A rank whose parent is gone ends when nothing comes any more. */
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/clock.h"
 #include "common/orphan.h"
+#include "test/unit.h"
 
 /* A pipe: [0] to read from, [1] to write to. */
 struct way {
@@ -83,7 +78,6 @@ static bool goes_on(bool watches, bool orphaned, double silence)
 
 static void test_orphan(void **state)
 {
-    (void)state;
     assert_false(goes_on(true, true, 2.5));
     assert_true(goes_on(true, true, 1.5));
     assert_true(goes_on(true, false, 2.5));
@@ -114,7 +108,6 @@ static bool gets_through(bool orphaned, double post_after)
 /* An orphan that waits gets what comes in time; one that is none waits longer than its patience. */
 static void test_orphan_wait(void **state)
 {
-    (void)state;
     assert_false(gets_through(true, -1));
     assert_true(gets_through(true, 0));
     assert_true(gets_through(true, 1.5));

@@ -1,19 +1,13 @@
 /* Tests how much of a run is done, in seconds, if the error of predictions depends on the kind of tile. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "master/outlook.h"
 #include "test/near.h"
+#include "test/unit.h"
 
 static void test_nothing(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     assert_near(outlook_share(&outlook).finished, 0, 0);
     outlook_add(&outlook, 0, 64);
@@ -24,7 +18,6 @@ static void test_nothing(void **state)
  * 0.02 s. A few finished cheap tiles show that. */
 static void test_kinds(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     for (int i = 0; i < 10; i++)
         outlook_add(&outlook, 1, 64);
@@ -55,7 +48,6 @@ static void test_kinds(void **state)
 /* If no tile of a class is finished, the nearest class is used. */
 static void test_neighbours(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     outlook_finish(&outlook, 100, 64, 100);
     outlook_finish(&outlook, 1, 64, 3);
@@ -66,7 +58,6 @@ static void test_neighbours(void **state)
 
 static void test_skipped(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     outlook_skip(&outlook, 30, 64);
     outlook_add(&outlook, 60, 64);
@@ -79,7 +70,6 @@ static void test_skipped(void **state)
 /* By rounding, more may be subtracted than was added. */
 static void test_never_more_than_all(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     outlook_add(&outlook, 1, 64);
     outlook_remove(&outlook, 1 + 1e-9, 64);
@@ -90,7 +80,6 @@ static void test_never_more_than_all(void **state)
 /* Work beyond all octaves, and no work. */
 static void test_extremes(void **state)
 {
-    (void)state;
     struct outlook outlook = {0};
     outlook_add(&outlook, 1e300, 1);
     outlook_add(&outlook, 1e-300, 1);

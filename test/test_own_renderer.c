@@ -1,16 +1,11 @@
 /* Tests that rank 0's own renderer gives up a tile that another renderer has finished, and no other tile. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "common/bell.h"
 #include "common/clock.h"
 #include "common/cpu_time.h"
 #include "master/server.h"
+#include "test/unit.h"
 
 /* Renderer 0 is rank 0's own, 1 answers at once. */
 #define RENDERERS 2
@@ -78,7 +73,6 @@ static bool render(void *state, const struct tile *tile, const struct refinement
 
 static void test_gives_up_what_is_finished(void **state)
 {
-    (void)state;
     static const struct queue_config config = {
         .width = 64, .height = 48, .renderers = RENDERERS, .tile_edge = 16};
     struct renderer_stats stats[RENDERERS] = {{0}};

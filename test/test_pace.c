@@ -1,20 +1,14 @@
 /* Tests of the pace: how fast renderers are, how much work they get, and how long the master may sleep. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/pace.h"
 #include "test/near.h"
+#include "test/unit.h"
 
 /* The fixed cost of answers if pixels cost 4 ns each, and if it cannot be determined because all answers have the same
  * number of pixels. */
 static void test_service(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 44);
     for (int i = 0; i < 200; i++) {
@@ -36,7 +30,6 @@ static void test_service(void **state)
 /* Where a unit of work takes two seconds, one that is four times as fast takes half a second. */
 static void test_faster_take_less(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 2);
     pace.scale = 2;
@@ -61,7 +54,6 @@ static void work_both(struct pace *pace, double *now, double first_s, double sec
  * more than by the first ones. */
 static void test_speeds(void **state)
 {
-    (void)state;
     struct pace pace;
     double now = 0;
     pace_init(&pace, 2);
@@ -79,7 +71,6 @@ static void test_speeds(void **state)
 /* A first answer counts as much as an average lot at the speed of 1 that is assumed before: 2 s here. */
 static void test_first_answer(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 2);
     pace_given(&pace, 0, 0, 1);
@@ -93,7 +84,6 @@ static void test_first_answer(void **state)
 /* A renderer that has enough to do until all will be done gets no more of it. */
 static void test_enough_until_the_end(void **state)
 {
-    (void)state;
     struct pace pace;
     double now = 0;
     pace_init(&pace, 2);
@@ -117,7 +107,6 @@ static void work_once(struct pace *pace, double *now)
 /* Lots are short enough for progress to show a few times per second, unless answers would then keep the master busy. */
 static void test_longest_lot(void **state)
 {
-    (void)state;
     struct pace pace;
     double now = 0;
     pace_init(&pace, 4);
@@ -136,7 +125,6 @@ static void test_longest_lot(void **state)
  * come less often: all together take the master half a hundredth of its time. */
 static void test_partial_answers(void **state)
 {
-    (void)state;
     static const uint32_t counts[] = {1, 2, 8, 250, 2500};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         struct pace pace;
@@ -151,7 +139,6 @@ static void test_partial_answers(void **state)
 /* pace_calm() is the time until the first working renderer is done; late ones do not count. */
 static void test_calm(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 2);
     assert_true(pace_calm(&pace, 0) == 0);
@@ -175,7 +162,6 @@ static void test_calm(void **state)
 /* Predictions from the first answers are trusted for no longer than these took, in the mean of all renderers. */
 static void test_calm_of_few_answers(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 4);
     for (uint32_t i = 0; i < 4; i++)
@@ -191,7 +177,6 @@ static void test_calm_of_few_answers(void **state)
 /* A renderer that has just been given work may become late, too; more work gives it more time. */
 static void test_late(void **state)
 {
-    (void)state;
     struct pace pace;
     pace_init(&pace, 2);
     assert_true(isinf(pace_next_late(&pace)));

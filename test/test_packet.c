@@ -193,14 +193,12 @@ static struct builder *sheet(void)
 
 static void test_triangles(void **state)
 {
-    (void)state;
     check_scene(finish_scene(triangles(1, 0.3, 0.5, 2000)), &from_afar);
     check_scene(finish_scene(triangles(1, 6, 0.5, 300)), &apart);
 }
 
 static void test_both_ways(void **state)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof both_ways / sizeof *both_ways; i++) {
         check_scene(finish_scene(triangles(1, 0.3, 0.5, 1000)), &both_ways[i]);
         check_scene(finish_scene(triangles(1, 6, 0.5, 300)), &both_ways[i]);
@@ -211,13 +209,11 @@ static void test_both_ways(void **state)
 /* Long triangles, which have pieces in several leaves. */
 static void test_pieces(void **state)
 {
-    (void)state;
     check_scene(finish_scene(triangles(1, 8, 0.5, 2000)), &from_afar);
 }
 
 static void test_vertices_and_edges(void **state)
 {
-    (void)state;
     struct flock flock = from_afar;
     flock.target = any_vertex;
     check_scene(finish_scene(sheet()), &flock);
@@ -229,7 +225,6 @@ static void test_vertices_and_edges(void **state)
 /* Rays of a packet whose directions have different longest components. */
 static void test_wide(void **state)
 {
-    (void)state;
     struct flock flock = {.eye = {-6, 6, -5}, .target = any_vertex, .size = 1};
     check_scene(finish_scene(sheet()), &flock);
     flock.target = edge_middle;
@@ -255,7 +250,6 @@ static void check_slow(const struct scene *scene, const struct bvh *bvh, const s
 
 static void test_slow(void **state)
 {
-    (void)state;
     const double least[] = {0, -0.0, 1e-310, -1e-310, 1e-40, -1e-40, 1e-12, -1e-12};
     uint64_t random = 48;
     struct scene *scene = finish_scene(sheet());
@@ -285,7 +279,6 @@ static struct builder *coplanar(void)
 /* Of triangles in one plane, or in one place, the first one counts. */
 static void test_coplanar(void **state)
 {
-    (void)state;
     struct flock flock = from_afar;
     check_scene(finish_scene(coplanar()), &flock);
     flock.target = edge_middle;
@@ -294,7 +287,6 @@ static void test_coplanar(void **state)
 
 static void test_all_kinds(void **state)
 {
-    (void)state;
     uint64_t random = 44;
     struct builder *builder = triangles(1, 0.5, 0.5, 500);
     struct plane plane = {.point = {0, -5, 0}, .normal = {0, 1, 0}, .material = 0};
@@ -325,7 +317,6 @@ static void add_planes(struct builder *builder, uint64_t *random, unsigned count
 /* Most planes are transparent, so that rays pass several. There may be nothing else. */
 static void test_planes(void **state)
 {
-    (void)state;
     uint64_t random = 46;
     for (size_t i = 0; i < sizeof both_ways / sizeof *both_ways; i++) {
         struct builder *builder = triangles(1, 0.5, 0.5, i == 0 ? 0 : 50);
@@ -386,7 +377,6 @@ static void graze(const struct scene *scene, const struct hit hits[RAYS], double
  * farther if their coordinates are large. */
 static void test_grazing(void **state)
 {
-    (void)state;
     uint64_t random = 47;
     for (int far = 0; far < 3; far++) {
         struct vec3 at = vec_scale(vec3(20, 30, 50), far > 0 ? pow(30, far) : 0);
@@ -413,7 +403,6 @@ static void test_grazing(void **state)
 /* Scenes of all sizes up to the limit of boxes in float. */
 static void test_sizes(void **state)
 {
-    (void)state;
     const double sizes[] = {0x1p-60, 0x1p60, 1e-30, 1e37, 1e100, 1e-100};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         struct flock flock = from_afar;
@@ -433,7 +422,6 @@ static struct builder *tiny(void)
 
 static void test_far_away(void **state)
 {
-    (void)state;
     struct flock flock = from_afar;
     flock.target = any_vertex;
     check_scene(finish_scene(tiny()), &flock);
@@ -453,7 +441,6 @@ static double odd_component(uint64_t *random)
 /* One unusual ray among similar ones. */
 static void test_odd_rays(void **state)
 {
-    (void)state;
     uint64_t random = 45;
     struct scene *scene = finish_scene(triangles(1, 1, 0.5, 500));
     struct bvh *bvh = build_tree(scene);

@@ -1,15 +1,10 @@
 /* What the parts of a pass are predicted to take, from what rays took before. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/thread_pool.h"
 #include "master/pass_cost.h"
+#include "test/unit.h"
 
 /* No multiples of the edges of blocks and cells. */
 enum { WIDTH = 53, HEIGHT = 39, PIXELS = WIDTH * HEIGHT };
@@ -93,7 +88,6 @@ static void check_close(double seconds, double expected)
  * nothing is asked for, nothing is predicted. */
 static void test_places(void **state)
 {
-    (void)state;
     struct thread_pool *pool = thread_pool_create(3);
     for (int with_pool = 0; with_pool < 2; with_pool++) {
         struct picture it;
@@ -128,7 +122,6 @@ static void test_places(void **state)
  * the mean of all passes is what the next one is predicted from. */
 static void test_later_passes(void **state)
 {
-    (void)state;
     struct picture it;
     begin(&it, 3, 20);
     ask(&it, &all, 2);
@@ -147,7 +140,6 @@ static void test_later_passes(void **state)
  * or counted twice. */
 static void test_tile_across_blocks(void **state)
 {
-    (void)state;
     struct picture it;
     const struct tile top = {.w = WIDTH, .h = 20, .step = 1};
     const struct tile bottom = {.y = 20, .w = WIDTH, .h = HEIGHT - 20, .step = 1};
@@ -166,7 +158,6 @@ static void test_tile_across_blocks(void **state)
 /* Where the clock has seen nothing, the mean of the picture counts; if it has never seen anything, nothing is known. */
 static void test_unseen_time(void **state)
 {
-    (void)state;
     struct picture it;
     begin(&it, 0, 20);
     ask(&it, &all, 2);

@@ -1,16 +1,11 @@
 /* The tiles of a later pass in the queue: what they are predicted to cost, also when they are split, and which go
  * first. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/pass_tiles.h"
 #include "master/queue_parts.h"
 #include "test/adaptive_by_hand_fixture.h"
+#include "test/unit.h"
 
 static const struct queue_config config = {
     .width = WIDE, .height = HIGH, .renderers = 4, .tile_edge = 4};
@@ -65,7 +60,6 @@ static double work_of(uint32_t id)
  * parts. */
 static void test_work(void **state)
 {
-    (void)state;
     begin_after_pass_0(&config, 0, 1, 3);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     double samples = adaptive_work(adaptive, &all).samples / (4 * ALL);
@@ -84,7 +78,6 @@ static void test_work(void **state)
 /* A run that goes on with a pass of an earlier one predicts only what is left of it. */
 static void test_rest(void **state)
 {
-    (void)state;
     begin_after_pass_0(&config, 0, 1, 1);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     adaptive_predict_work(adaptive);
@@ -98,14 +91,12 @@ static void test_rest(void **state)
 
 static double all_on_the_right(const void *state, const struct tile *part)
 {
-    (void)state;
     return part->x >= 2;
 }
 
 /* Tiles of pass 0 are split as the map of the picture says. */
 static void test_pass_0(void **state)
 {
-    (void)state;
     queue = queue_create(&config);
     queue_set_part_work(queue, all_on_the_right, NULL);
     double work = work_of(0);
@@ -118,7 +109,6 @@ static void test_pass_0(void **state)
  * the next pass was timed. */
 static void test_no_time(void **state)
 {
-    (void)state;
     for (uint32_t timed = 0; timed <= 8; timed += 8) {
         begin(&config, 1e-3);
         put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 3}}, 0);
@@ -137,7 +127,6 @@ static void test_no_time(void **state)
 /* So it is where a tile's share is lost in the rounding of the sums that it is the difference of. */
 static void test_lost_time(void **state)
 {
-    (void)state;
     begin(&config, 1e-3);
     put(adaptive, columns(0, 16), (struct sent){0.5f, 0, APART, {1, 1}}, 1e25);
     put(adaptive, columns(16, 8), (struct sent){0.5f, 0, APART, {1, 1}}, 1e-3);
@@ -151,7 +140,6 @@ static void test_lost_time(void **state)
 /* Tiles are as wide and high as a lot has pixels for, and those at the edges of the picture end there. */
 static void test_edges(void **state)
 {
-    (void)state;
     struct queue_config larger = config;
     larger.width = larger.height = 16;
     begin_after_pass_0(&larger, 0, 1, 1);
@@ -177,7 +165,6 @@ static void test_edges(void **state)
 /* First samples that pass 0 did not get to: what probes tell to be expensive goes first, as in pass 0. */
 static void test_first_samples(void **state)
 {
-    (void)state;
     struct queue_config probed = config;
     probed.probe_edge = 4;
     begin(&probed, 0);
@@ -207,7 +194,6 @@ static void test_first_samples(void **state)
 /* Of two tiles that are expected to become better by as much, the one that takes less time goes first. */
 static void test_order(void **state)
 {
-    (void)state;
     begin_after_pass_0(&config, 0, 3, 1);
     struct tile lot[LOT_TILES];
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
@@ -225,7 +211,6 @@ static void test_order(void **state)
 /* Tiles in which nothing is asked for are left out. */
 static void test_nothing_to_do(void **state)
 {
-    (void)state;
     begin_after_pass_0(&config, 20, 1, 1);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
     const struct tile rest = {.w = 16, .h = HIGH, .step = 1};

@@ -1,15 +1,10 @@
 /* Passes of adaptive sampling under a time limit: how much the next one asks for, and the time that is reserved for the
  * end. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "test/master_fixture.h"
+#include "test/unit.h"
 
 /* The state of a run at the end of a pass. Two of its three processors have rendered all the time. */
 struct standing {
@@ -87,7 +82,6 @@ static void check_asked(struct standing standing, double least, double most)
  * too late. Later samples take longer, but less so where a pixel gets more at a time. */
 static void test_pass_fits_the_time(void **state)
 {
-    (void)state;
     check_asked((struct standing){10, 4, 1, 0}, 1.5, 4);
     check_asked((struct standing){10, 20, 1, 0}, 9, 20);
     check_asked((struct standing){10, HUGE_VAL, 1, 0}, 100, HUGE_VAL);
@@ -101,7 +95,6 @@ static void test_pass_fits_the_time(void **state)
 /* Of a time limit, so much is reserved as the end of the run takes, but no more than half. */
 static void test_time_is_kept(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct service *service = &farm->service;
     service->images[0] = "picture.png";
@@ -133,7 +126,6 @@ static bool is_cut_with(struct farm *farm, double left)
  * end look further away. What waits is withdrawn then. */
 static void test_cut_when_late(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct view view = {.min_samples = 4, .max_samples = 64};
     struct queue *queue = farm->service.queue;

@@ -157,7 +157,6 @@ static void check_scenes(bool grazing, uint64_t random, struct told *told, struc
 
 static void test_tells_the_truth(void **state)
 {
-    (void)state;
     struct told told = {0}, in_double = {0};
     check_scenes(false, 1, &told, &in_double);
     /* Most is decided, much of it by the window. */
@@ -173,7 +172,6 @@ static void test_tells_the_truth(void **state)
 
 static void test_grazing(void **state)
 {
-    (void)state;
     struct told told = {0}, in_double = {0};
     for (uint64_t seed = 1; seed <= 4; seed++)
         check_scenes(true, seed, &told, &in_double);
@@ -183,7 +181,6 @@ static void test_grazing(void **state)
 /* Rays in the plane of a triangle, to which all errors are 0, do not certainly cross it. */
 static void test_edge_on(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
     add_triangle(builder, vec3(0.25, -1, 0), vec3(0.25, 1, 0), vec3(0.25, 0, 1), grey);
@@ -203,7 +200,6 @@ static void test_edge_on(void **state)
 /* Nothing is decided for leaves that contain the eye, are behind it, too far away or too far aside. */
 static void test_leaves_open(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
     add_triangle(builder, vec3(-1, -1, 0), vec3(1, -1, 0), vec3(0, 1, 0.5), grey);

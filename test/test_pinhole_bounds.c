@@ -385,7 +385,6 @@ static void check_sight(const struct sight *sight, uint64_t *random, struct off 
 
 static void test_bounds(void **state)
 {
-    (void)state;
     uint64_t random = 2;
     struct off off = {.leaves = 0};
     for (int i = 0; i < SIGHTS; i++) {

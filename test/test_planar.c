@@ -9,7 +9,6 @@ static const struct disc coin = {.center = {1, 0, 0}, .normal = {0, 0, 1}, .radi
 
 static void test_plane_from_both_sides(void **state)
 {
-    (void)state;
     struct ray down = ray_along(vec3(0, 6, 0), vec3(1, -2, 0));
     assert_same(plane_crossings(&ground, &down).t[0], 2);
     struct ray up = ray_along(vec3(0, -6, 0), vec3(0, 4, 0));
@@ -20,7 +19,6 @@ static void test_plane_from_both_sides(void **state)
 
 static void test_parallel(void **state)
 {
-    (void)state;
     for (double height = 1; height <= 3; height++) {
         for (double zero = 0; signbit(zero) == 0; zero = -zero) {
             struct ray ray = ray_along(vec3(0, height, 0), vec3(1, zero, 0));
@@ -40,7 +38,6 @@ static void test_parallel(void **state)
 
 static void test_disc_rim(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(3, 0, 4), vec3(0, 0, -1));
     assert_same(disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact).t[0], 4);
     ray.origin.x = nextafter(3, 4);
@@ -52,7 +49,6 @@ static void test_disc_rim(void **state)
 
 static void test_disc_slanted(void **state)
 {
-    (void)state;
     uint64_t random = 3;
     for (int i = 0; i < 20000; i++) {
         struct vec3 normal = vec_normalize(random_vector(&random, 1));
@@ -72,7 +68,6 @@ static void test_disc_slanted(void **state)
 /* What is left out for a purpose does not matter for it. */
 static void test_disc_for_a_purpose(void **state)
 {
-    (void)state;
     uint64_t random = 17;
     unsigned count = 100000, met = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -99,7 +94,6 @@ static void test_disc_for_a_purpose(void **state)
 
 static void test_disc_bounds(void **state)
 {
-    (void)state;
     struct bounds bounds = disc_bounds(&coin);
     assert_same(bounds.min[0], -1);
     assert_same(bounds.max[0], 3);

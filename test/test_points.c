@@ -308,7 +308,6 @@ static void compare_scenes(struct recipe recipe, unsigned scenes)
 
 static void test_ordinary_scenes(void **state)
 {
-    (void)state;
     uint64_t random = 101;
     compare_scenes((struct recipe){&random, 1, 0, {0, 0, 0}}, 60);
     if (!processor_has(PROCESSOR_AVX2)) return; /* without SIMD there are no bundles */
@@ -320,7 +319,6 @@ static void test_ordinary_scenes(void **state)
 
 static void test_far_scenes(void **state)
 {
-    (void)state;
     uint64_t random = 102;
     compare_scenes((struct recipe){&random, 1, 1e7, {0, 0, 0}}, 20);
     compare_scenes((struct recipe){&random, 1, 0, {1e9, -1e8, 3e7}}, 20);
@@ -329,7 +327,6 @@ static void test_far_scenes(void **state)
 /* Where single points need scaling, lanes are not sure. */
 static void test_scenes_of_any_size(void **state)
 {
-    (void)state;
     uint64_t random = 103;
     compare_scenes((struct recipe){&random, 0x1p-60, 0, {0, 0, 0}}, 10);
     compare_scenes((struct recipe){&random, 1e90, 0, {0, 0, 0}}, 10);
@@ -453,7 +450,6 @@ static unsigned compare_corners(uint64_t *random, double least)
 /* Weights that are computed in lanes are those of the exact hit, wherever lanes say that they are sure. */
 static void test_any_triangles(void **state)
 {
-    (void)state;
     uint64_t random = 104;
     unsigned found = 0, waves = 1000;
     for (unsigned i = 0; i < waves; i++)
@@ -464,7 +460,6 @@ static void test_any_triangles(void **state)
 /* Waves whose rays all come from afar, or all but one or a few. */
 static void test_triangles_from_afar(void **state)
 {
-    (void)state;
     uint64_t random = 107;
     unsigned found = 0, waves = 300;
     for (unsigned i = 0; i < waves; i++)
@@ -533,7 +528,6 @@ static unsigned compare_spheres(uint64_t *random)
 /* Spheres that are just touched, and spheres of sizes for which single points need scaling. */
 static void test_any_spheres(void **state)
 {
-    (void)state;
     compare_many(compare_spheres, 106, 300, 1.0 / 4);
 }
 
@@ -565,7 +559,6 @@ static unsigned compare_rims(uint64_t *random)
 
 static void test_rims(void **state)
 {
-    (void)state;
     compare_many(compare_rims, 108, 300, 1.0 / 2);
 }
 
@@ -629,7 +622,6 @@ static unsigned compare_exits(uint64_t *random)
 /* Cones that rays leave through the side or a cap. */
 static void test_exits(void **state)
 {
-    (void)state;
     compare_many(compare_exits, 109, 300, 1.0 / 4);
 }
 
@@ -670,7 +662,6 @@ static struct vec3 any_way_to_light(uint64_t *random, const struct shading_point
 /* Light and secondary rays of points that are in no scene. */
 static void test_any_points(void **state)
 {
-    (void)state;
     static struct points points;
     static struct lit lit;
     static struct secondary_rays secondary;
@@ -738,14 +729,12 @@ static unsigned compare_flats(uint64_t *random)
 
 static void test_flats_from_the_edge(void **state)
 {
-    (void)state;
     compare_many(compare_flats, 105, 200, 1.0 / 4);
 }
 
 /* Any picture, also one that is wider than a double's square root allows to be seen. */
 static void test_sample_rays(void **state)
 {
-    (void)state;
     static struct sample_lanes lanes;
     const double widths[] = {1, 1e-9, 1e200, 3e307};
     const uint32_t samples[] = {1, 2, 16, 1000000};
@@ -799,7 +788,6 @@ static double way_along(const struct points *points, const uint32_t order[WAVE])
 /* Dense points in a box of any size are sorted; other points, and those of a single packet, keep their order. */
 static void test_order(void **state)
 {
-    (void)state;
     static struct points points;
     uint64_t random = 1;
     for (unsigned i = 0; i < 200; i++) {
@@ -824,7 +812,6 @@ static void test_order(void **state)
 /* Nowhere at all, everywhere at once: any order will do. */
 static void test_order_of_extremes(void **state)
 {
-    (void)state;
     static struct points points = {.count = WAVE};
     const double values[] = {0, -0.0, 1, -1e308, 1e308, 5e-324, HUGE_VAL, -HUGE_VAL, (double)NAN};
     const unsigned count = sizeof values / sizeof *values;

@@ -1,13 +1,8 @@
 /* Tests of the preview, which has the colours of the pre-pass. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/preview.h"
+#include "test/unit.h"
 
 enum { WIDTH = 41, HEIGHT = 30, EDGE = 10 };
 
@@ -32,7 +27,6 @@ static float red_at(const struct preview *preview, uint32_t x, uint32_t y)
 
 static void test_nearest_block(void **state)
 {
-    (void)state;
     struct preview preview = {0};
     const float left[] = {1, 1, 1}, right[] = {2, 2, 2, 3, 3, 3};
     struct tile a = probe(0, 1, 0), b = probe(2, 2, 1);
@@ -53,7 +47,6 @@ static void test_nearest_block(void **state)
 /* Probes that come later replace the colours that were filled in for them. */
 static void test_completed_before_all_are_back(void **state)
 {
-    (void)state;
     struct preview preview = {0};
     const float left[] = {1, 1, 1}, right[] = {2, 2, 2, 3, 3, 3};
     struct tile a = probe(0, 1, 0), b = probe(2, 2, 1);
@@ -68,7 +61,6 @@ static void test_completed_before_all_are_back(void **state)
 /* Between the middles of four blocks the colour changes evenly, beyond the outermost ones no more. */
 static void test_between_middles(void **state)
 {
-    (void)state;
     struct preview preview = {0};
     const float upper[] = {0, 0, 0, 1, 1, 1}, lower[] = {2, 2, 2, 3, 3, 3};
     struct tile a = probe(0, 2, 0), b = probe(0, 2, 1);
@@ -89,7 +81,6 @@ static void test_between_middles(void **state)
 /* Without any probe no colour is known. */
 static void test_nothing_known(void **state)
 {
-    (void)state;
     struct preview preview = {0};
     preview_complete(&preview);
     float color[3] = {1, 2, 3};

@@ -1,13 +1,8 @@
 /* Tests of the levels of processor, whichever this one supports. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "common/processor.h"
+#include "test/unit.h"
 
 static enum processor_level highest;
 
@@ -26,7 +21,6 @@ static void check_choices(enum processor_level most, const char *expected)
 
 static void test_choices(void **state)
 {
-    (void)state;
     check_choices(PROCESSOR_PORTABLE, "auto or portable");
     check_choices(PROCESSOR_AVX2, "auto, portable or avx2");
     check_choices(PROCESSOR_AVX512, "auto, portable, avx2 or avx512");
@@ -35,7 +29,6 @@ static void test_choices(void **state)
 /* "auto" resolves to a level that this processor supports. */
 static void test_resolve(void **state)
 {
-    (void)state;
     enum processor_level level = processor_resolve(PROCESSOR_AUTO);
     assert_true(level != PROCESSOR_AUTO && processor_has(level));
     assert_int_equal(processor_resolve(PROCESSOR_PORTABLE), PROCESSOR_PORTABLE);

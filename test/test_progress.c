@@ -2,22 +2,17 @@
 #include <limits.h>
 #include <math.h>
 #include <poll.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
 #include "master/figure.h"
 #include "master/progress.h"
 #include "master/terminal.h"
+#include "test/unit.h"
 
 /* A terminal whose other end is read by the test. */
 static struct {
@@ -99,7 +94,6 @@ static void assert_shows(const struct progress_state *state, double now, const c
 
 static void test_counts(void **state)
 {
-    (void)state;
     assert_string_equal(figure_count(0).text, "0");
     assert_string_equal(figure_count(999.4).text, "999");
     assert_string_equal(figure_count(999.6).text, "1.0k");
@@ -114,7 +108,6 @@ static void test_counts(void **state)
 /* As many digits as asked for, zeros included; a figure that is rounded up gets no digit more. */
 static void test_digits(void **state)
 {
-    (void)state;
     assert_string_equal(figure_digits(0.002997, 2).text, "0.0030");
     assert_string_equal(figure_digits(0.002997, 3).text, "0.00300");
     assert_string_equal(figure_digits(0.000996, 2).text, "0.0010");
@@ -133,7 +126,6 @@ static void test_digits(void **state)
 /* A value that was typed looks as it did, also where %g would give it an exponent. */
 static void test_round(void **state)
 {
-    (void)state;
     assert_string_equal(figure_round(0.0005).text, "0.0005");
     assert_string_equal(figure_round(0.00005).text, "0.00005");
     assert_string_equal(figure_round(0.00125).text, "0.00125");
@@ -147,7 +139,6 @@ static void test_round(void **state)
 
 static void test_spans(void **state)
 {
-    (void)state;
     assert_string_equal(figure_span(0).text, "0:00");
     assert_string_equal(figure_span(59.4).text, "0:59");
     assert_string_equal(figure_span(59.6).text, "1:00");
@@ -158,7 +149,6 @@ static void test_spans(void **state)
 
 static void test_bar(void **state)
 {
-    (void)state;
     begin(100, 100, 0);
     progress_update(&progress, &half, 110);
     assert_string_equal(screen_read(),
@@ -172,7 +162,6 @@ static void test_bar(void **state)
 /* Only the tiles of the current pass are shown. */
 static void test_tiles_of_a_pass(void **state)
 {
-    (void)state;
     struct progress_state later = half;
     later.tiles_before = 6;
     later.pass = 2;
@@ -184,7 +173,6 @@ static void test_tiles_of_a_pass(void **state)
 /* At all widths the bar is one line, shorter than the window, with the percentage if there is room. */
 static void test_bar_fits(void **state)
 {
-    (void)state;
     begin(80, 0, 0);
     for (unsigned short columns = 1; columns < 300; columns++) {
         screen_resize(columns); /* as while it is running */
@@ -202,7 +190,6 @@ static void test_bar_fits(void **state)
 
 static void test_bar_rate_of_redraws(void **state)
 {
-    (void)state;
     begin(80, 0, 0);
     unsigned redraws = 0;
     for (int ms = 0; ms <= 1000; ms += 2) {
@@ -227,7 +214,6 @@ static const char *screen_warn(void)
 /* A message gets a line of its own, and the bar is redrawn below it. */
 static void test_message_between(void **state)
 {
-    (void)state;
     begin(80, 0, 0);
     assert_string_equal(screen_warn(), "farm: warning: odd\n");
     assert_shows(&half, 1, " 50 % [#");
@@ -242,7 +228,6 @@ static void test_message_between(void **state)
 
 static void test_nothing_to_clean(void **state)
 {
-    (void)state;
     begin(80, 0, 0);
     progress_update(&progress, &half, 0.05);
     progress_end(&progress);
@@ -253,7 +238,6 @@ static void test_nothing_to_clean(void **state)
 /* The time left is not shown after the first pixels alone, then changes without jumps. */
 static void test_time_left(void **state)
 {
-    (void)state;
     struct progress_state now = {.tiles = 10};
     begin(80, 0, 0);
     now.share_done = 0.01;
@@ -269,7 +253,6 @@ static void test_time_left(void **state)
 /* A run of 1.6 s that begins with the expensive tiles, so that at first 5 s seem to be left. */
 static void test_time_left_of_a_short_run(void **state)
 {
-    (void)state;
     struct progress_state now = {.tiles = 10};
     begin(80, 0, 0);
     now.share_done = 0.02;
@@ -286,7 +269,6 @@ static void test_time_left_of_a_short_run(void **state)
 /* What an earlier run has finished does not count in this run's speed. */
 static void test_time_left_resumed(void **state)
 {
-    (void)state;
     struct progress_state now = {.share_done = 0.9, .share_before = 0.9, .tiles = 10};
     begin(80, 0, 0);
     assert_shows(&now, 1, "-:-- left");
@@ -309,7 +291,6 @@ static const char *shown(struct progress_state now)
 /* Nothing is shown beyond the end, of the work or of the time. */
 static void test_beyond_the_end(void **state)
 {
-    (void)state;
     screen_open(80);
     assert_non_null(strstr(shown((struct progress_state){.share_done = 1.5}), "\r100 % [#"));
     struct progress_state late = {.limit = 0.5, .ends = 0.5, .only_limit = true};
@@ -326,7 +307,6 @@ static void test_beyond_the_end(void **state)
 /* A limit tells the time left before anything else does. */
 static void test_limit_is_known_at_once(void **state)
 {
-    (void)state;
     screen_open(80);
     const char *text = shown((struct progress_state){.limit = 20, .ends = 20});
     assert_non_null(strstr(text, " 0:19 left"));
@@ -336,7 +316,6 @@ static void test_limit_is_known_at_once(void **state)
 /* If the estimate of the total work grows, the share shown does not decrease, except for the next pass. */
 static void test_never_backwards(void **state)
 {
-    (void)state;
     struct progress_state now = half;
     begin(80, 0, 0);
     assert_shows(&now, 1, " 50 % [#");
@@ -350,7 +329,6 @@ static void test_never_backwards(void **state)
 /* Work of earlier passes is not part of the current pass, but counts in the speed. */
 static void test_share_of_a_pass(void **state)
 {
-    (void)state;
     struct progress_state now = half;
     begin(80, 0, 0);
     now.pass = 1;
@@ -374,7 +352,6 @@ static void test_share_of_a_pass(void **state)
 /* A time limit bounds the time left. If nothing else ends the run, it also determines the share shown. */
 static void test_limit(void **state)
 {
-    (void)state;
     struct progress_state now = half;
     now.pass = 3, now.limit = 10, now.ends = 9;
     begin(100, 0, 0);
@@ -397,7 +374,6 @@ static void test_limit(void **state)
 
 static void test_strange_states(void **state)
 {
-    (void)state;
     struct progress_state now = {0};
     begin(80, 0, 0);
     assert_shows(&now, 1, "  0 % [-");
@@ -409,7 +385,6 @@ static void test_strange_states(void **state)
 
 static void test_lines(void **state)
 {
-    (void)state;
     FILE *out = tmpfile();
     assert_non_null(out);
     progress_start(&progress, out, 0, 0);
@@ -437,7 +412,6 @@ static void test_lines(void **state)
 /* The elapsed time is that of the run; rates and the time left are those of rendering. */
 static void test_elapsed_before(void **state)
 {
-    (void)state;
     FILE *out = tmpfile();
     assert_non_null(out);
     progress_start(&progress, out, 0, 12);
@@ -455,7 +429,6 @@ static void test_elapsed_before(void **state)
 
 static void test_dumb_terminal(void **state)
 {
-    (void)state;
     screen_open(33);
     setenv("TERM", "dumb", 1);
     assert_int_equal(terminal_columns(screen.out), 33);
@@ -473,7 +446,6 @@ static void test_dumb_terminal(void **state)
 /* A pipe that was not made by a launcher. */
 static void test_pipe_without_launcher(void **state)
 {
-    (void)state;
     int ends[2];
     assert_int_equal(pipe(ends), 0);
     FILE *out = fdopen(ends[1], "w");

@@ -1,14 +1,9 @@
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/protocol.h"
 #include "common/scene.h"
+#include "test/unit.h"
 
 enum { WIDTH = 100, HEIGHT = 60 };
 
@@ -21,7 +16,6 @@ static bool tile_ok(struct tile tile)
 
 static void test_counts_add(void **state)
 {
-    (void)state;
     struct render_counts sum = {.rays = {1, 2, 3, 4},
                                 .primary_hits = 9,
                                 .nonfinite = 5,
@@ -70,7 +64,6 @@ static void test_counts_add(void **state)
 /* The first bad sample in picture order is kept, in whatever order they are added. */
 static void test_first_bad_sample(void **state)
 {
-    (void)state;
     struct render_counts sum = {.first = {.x = 0}}, none = {.first = {.x = 0}};
     const struct bad_sample samples[] = {{.x = 5, .y = 9},
                                          {.x = 7, .y = 4, .sample = 1},
@@ -91,7 +84,6 @@ static void test_first_bad_sample(void **state)
  * of when a renderer finished. */
 static void test_renderer_stats_add(void **state)
 {
-    (void)state;
     const struct tile tile = {.w = 4, .h = 2, .step = 1},
                       probe = {.w = 4, .h = 1, .step = 1, .pass = TILE_PROBE};
     struct renderer_stats stats = {.rank = 1};
@@ -113,7 +105,6 @@ static void test_renderer_stats_add(void **state)
 
 static void test_tile_good(void **state)
 {
-    (void)state;
     assert_true(tile_ok(good_tile));
     assert_true(tile_ok((struct tile){.w = WIDTH, .h = HEIGHT, .step = 1}));
     assert_true(tile_ok((struct tile){.x = WIDTH - 1, .y = HEIGHT - 1, .w = 1, .h = 1, .step = 1}));
@@ -123,7 +114,6 @@ static void test_tile_good(void **state)
 
 static void test_tile_outside(void **state)
 {
-    (void)state;
     struct tile tile = good_tile;
     tile.w = 5;
     assert_false(tile_ok(tile));
@@ -141,7 +131,6 @@ static void test_tile_outside(void **state)
 
 static void test_tile_size(void **state)
 {
-    (void)state;
     struct tile tile = {.w = 1024, .h = 1024, .step = 1};
     assert_true(tile_message_valid(&tile, UINT32_MAX, UINT32_MAX));
     assert_false(tile_message_valid(&tile, 0, 0));
@@ -153,7 +142,6 @@ static void test_tile_size(void **state)
 
 static void test_tile_order(void **state)
 {
-    (void)state;
     struct tile tile = good_tile;
     tile.step = 0;
     assert_false(tile_ok(tile));
@@ -171,7 +159,6 @@ static void test_tile_order(void **state)
 
 static void test_result(void **state)
 {
-    (void)state;
     const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
     const struct result_header good = {.tile_id = 7, .pixels = 16, .busy_s = 0};
     struct result_header header = good;
@@ -211,7 +198,6 @@ static void test_result(void **state)
 
 static void test_result_of_share(void **state)
 {
-    (void)state;
     struct tile tile = {.id = 1, .w = 10, .h = 1, .step = 4, .phase = 3}; /* pixels 3 and 7 */
     struct result_header header = {.tile_id = 1, .pixels = 2};
     assert_true(result_message_valid(&header, sizeof header + 2 * 12, &tile, false));
@@ -223,7 +209,6 @@ static void test_result_of_share(void **state)
 /* From pass 1 on, some of the tile's pixels get samples; each comes with its halves. */
 static void test_result_of_pass(void **state)
 {
-    (void)state;
     struct tile tile = good_tile;
     struct result_header header = {.tile_id = tile.id, .pixels = 16};
     assert_true(result_message_valid(&header, sizeof header + 16 * 32, &tile, true));
@@ -248,7 +233,6 @@ static void test_result_of_pass(void **state)
 /* One number for each tile, or none. */
 static void test_lot_header(void **state)
 {
-    (void)state;
     struct lot_header header = {.answer_s = HUGE_VAL, .reports = LOT_TILES};
     assert_true(lot_header_valid(&header));
     header.reports++;
@@ -273,7 +257,6 @@ static void test_lot_header(void **state)
 /* A header alone, of a tile that takes long. */
 static void test_unfinished(void **state)
 {
-    (void)state;
     struct result_header header = {.pixels = RESULT_UNFINISHED, .busy_s = 0.5};
     assert_true(unfinished_valid(&header) && !dropped_valid(&header));
     header.busy_s = (double)NAN;
@@ -288,7 +271,6 @@ static void test_unfinished(void **state)
 
 static void test_refinements(void **state)
 {
-    (void)state;
     struct refinement refinements[3] = {{0, 1}, {2, 2}, {3, 5}};
     assert_true(refinements_valid(refinements, 3, 5));
     assert_false(refinements_valid(refinements, 3, 4));
@@ -301,7 +283,6 @@ static void test_refinements(void **state)
 
 static void test_stats(void **state)
 {
-    (void)state;
     const struct renderer_stats good = {.rank = 3, .host = "node"};
     struct renderer_stats stats = good;
     assert_true(stats_message_valid(&stats, sizeof stats, 3));
@@ -317,7 +298,6 @@ static void test_stats(void **state)
 
 static void test_stats_numbers(void **state)
 {
-    (void)state;
     struct renderer_stats stats = {.rank = 0, .host = "node"};
     double *const seconds[] = {&stats.busy_s,        &stats.cpu_s,    &stats.wait_s,
                                &stats.send_s,        &stats.finish_s, &stats.counts.intersect_s,
@@ -350,7 +330,6 @@ static void test_stats_numbers(void **state)
 
 static void test_welcome(void **state)
 {
-    (void)state;
     struct welcome welcome = {.magic = WELCOME_MAGIC, .build = "1.2.3"};
     assert_memory_equal(&welcome.magic, "FARM WL1", 8); /* as it goes over the wire */
     assert_true(welcome_valid(&welcome, "1.2.3"));
@@ -366,7 +345,6 @@ static void test_welcome(void **state)
 
 static void test_ready_and_start(void **state)
 {
-    (void)state;
     struct ready ready = {.rank = 3, .host = "node"};
     assert_true(ready_message_valid(&ready, sizeof ready, 3));
     assert_false(ready_message_valid(&ready, sizeof ready, 2));
@@ -390,7 +368,6 @@ static void test_ready_and_start(void **state)
 /* A field that only the master sets must be 0 in messages. */
 static void test_silent_is_not_sent(void **state)
 {
-    (void)state;
     struct renderer_stats stats = {.rank = 1};
     assert_true(stats_message_valid(&stats, sizeof stats, 1));
     stats.silent = 1;
@@ -399,7 +376,6 @@ static void test_silent_is_not_sent(void **state)
 
 static void test_drop(void **state)
 {
-    (void)state;
     struct drop drop = {.tile_id = 7};
     assert_true(drop_message_valid(&drop, sizeof drop));
     assert_false(drop_message_valid(&drop, sizeof drop - 1));

@@ -1,15 +1,10 @@
 /* The work queue under all schedules: every pixel is rendered exactly once, whichever renderers ask and answer, in
  * whatever order. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 struct held {
     uint32_t renderer, id;
@@ -73,7 +68,6 @@ static void drive(const struct queue_config *config, uint64_t seed)
 
 static void test_every_pixel_once(void **state)
 {
-    (void)state;
     const uint32_t sizes[][2] = {{1, 1}, {7, 5}, {64, 48}, {97, 61}, {640, 3}, {1, 300}};
     const uint32_t renderers[] = {1, 2, 3, 5, 44, 400};
     const uint32_t edges[] = {1, 8, 24, 64};
@@ -96,7 +90,6 @@ static void test_every_pixel_once(void **state)
 /* However cheap pixels are, no lot has more of them than its message has room for. */
 static void test_large_lots(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 2048, .height = 1024, .renderers = 1, .tile_edge = 64};
     for (uint64_t seed = 1; seed < 4; seed++)
@@ -106,7 +99,6 @@ static void test_large_lots(void **state)
 /* Once the queue is stopped nobody gets any tiles; those that are out may still come back. */
 static void test_stop(void **state)
 {
-    (void)state;
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct queue_config config = {.schedule = (enum schedule)schedule,
                                       .width = 100,
@@ -132,7 +124,6 @@ static void test_stop(void **state)
 
 static void test_answers_are_checked(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 100, .height = 100, .renderers = 2, .tile_edge = 10};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES], tile;

@@ -1,13 +1,8 @@
 /* The queue with more renderers than cores. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "common/cores.h"
 #include "test/queue_fixture.h"
+#include "test/unit.h"
 
 /* Four renderers on so many cores of one machine. */
 static struct crowd crowd_on(unsigned cores)
@@ -39,7 +34,6 @@ static struct queue *leave_tiles(const struct queue_config *config, uint32_t kee
  * renderers count as using none. */
 static void test_idle_without_a_core(void **state)
 {
-    (void)state;
     struct crowd crowd = crowd_on(2);
     struct queue_config config = four;
     config.crowd = &crowd;
@@ -66,7 +60,6 @@ static void test_idle_without_a_core(void **state)
  * Where there is a core for each, all are, as if nothing was known of cores. */
 static void test_shared_cores_report_nothing(void **state)
 {
-    (void)state;
     struct queue_config config = four;
     for (unsigned cores = 0; cores <= 4; cores += 2) {
         struct crowd crowd = crowd_on(cores);
@@ -86,7 +79,6 @@ static void test_shared_cores_report_nothing(void **state)
 /* Four renderers per core share the probes: with more, a few would wait for the last of them. */
 static void test_four_per_core_probe(void **state)
 {
-    (void)state;
     struct affinity affinities[8];
     struct crowd crowd;
     for (uint32_t i = 0; i < 8; i++) {
@@ -112,7 +104,6 @@ static void test_finished_leaves_a_core(void **state)
 {
     const struct tile more = {.w = 16, .h = 16, .step = 1, .pass = 1};
     struct tile lot[LOT_TILES];
-    (void)state;
     struct crowd crowd = crowd_on(2);
     struct queue_config config = four;
     config.crowd = &crowd;
@@ -133,7 +124,6 @@ static void test_finished_leaves_a_core(void **state)
  * another renderer that stops later are taken over all the same. */
 static void test_stopped_with_probes(void **state)
 {
-    (void)state;
     struct crowd crowd = crowd_on(2);
     struct queue_config config = with_probes;
     config.crowd = &crowd;
@@ -159,7 +149,6 @@ static void test_stopped_with_probes(void **state)
  * it was; where each has its own core, they are the wall time. */
 static void test_seconds_of_a_crowd(void **state)
 {
-    (void)state;
     struct affinity affinities[5];
     struct crowd crowd;
     for (unsigned i = 0; i < 5; i++) { /* the last one has a core of its own */

@@ -1,20 +1,14 @@
 /* The dynamic schedule: what a renderer that asks gets, and which renderers report tiles that take long. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
 #include "test/queue_halves_fixture.h"
 #include "test/queue_late_fixture.h"
+#include "test/unit.h"
 
 /* A lot begins with expensive tiles and goes on with cheap ones, but never with so many that none are left for the end
  * of the run. The column of tiles behind the middle is neither, as costs are smoothed. */
 static void test_cheap_go_with_dear(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .width = 640, .height = 320, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
@@ -43,7 +37,6 @@ static void test_cheap_go_with_dear(void **state)
 /* Tiles of later passes go out in the order of their priorities: cheap ones wait for their turn. */
 static void test_later_passes_keep_their_order(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 64, .height = 64, .renderers = 4, .tile_edge = 16};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES], tile = {.w = 2, .h = 2, .step = 1, .pass = 1};
@@ -67,7 +60,6 @@ static void test_later_passes_keep_their_order(void **state)
  * need for the others' last answers, unless all of the others are late. */
 static void test_own_renderer_leaves_the_end(void **state)
 {
-    (void)state;
     for (int own = 0; own <= 1; own++) {
         struct queue_config config = many;
         config.master_renders = own;
@@ -94,7 +86,6 @@ static void test_own_renderer_leaves_the_end(void **state)
  * run it keeps all of it. */
 static void test_takes_long(void **state)
 {
-    (void)state;
     for (int early = 0; early <= 1; early++) {
         struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
         struct queue *queue = begin_late(lots, 0);
@@ -128,7 +119,6 @@ static void test_takes_long(void **state)
 /* A renderer has two lots at most. */
 static void test_two_lots(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     uint32_t counts[4];
     struct queue *queue = begin_many(lots, counts);
@@ -144,7 +134,6 @@ static void test_two_lots(void **state)
  * all others are done. */
 static void test_no_reserve_at_the_end(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     uint32_t counts[4];
     struct queue *queue = begin_many(lots, counts);
@@ -159,7 +148,6 @@ static void test_no_reserve_at_the_end(void **state)
 /* When a renderer has become late, those that asked before and got nothing are to ask again. */
 static void test_late_is_news(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 0);
     for (int late = 0; late <= 1; late++) {
@@ -175,7 +163,6 @@ static void test_late_is_news(void **state)
  * has none. */
 static void test_calm(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 1);
     const double now = 0.5;
@@ -194,7 +181,6 @@ static void test_calm(void **state)
  * report none. */
 static void test_who_tells(void **state)
 {
-    (void)state;
     struct queue_config config = four;
     struct tile tiles[LOT_TILES];
     float report_s[LOT_TILES];
@@ -212,7 +198,6 @@ static void test_who_tells(void **state)
 /* A renderer that has become late while it holds nothing but probes gets tiles again once it has answered them. */
 static void test_late_with_probes(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&with_probes);
     struct tile tiles[LOT_TILES], probes[LOT_TILES];
     uint32_t count = 0;

@@ -1,16 +1,11 @@
 /* Whole runs under the dynamic schedule, in virtual time: which part of their time renderers spend on the picture, and
  * how well the end of the run is predicted. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/queue_parts.h"
+#include "test/unit.h"
 
 /* A renderer of the virtual farm: it has up to two lots and renders tile after tile. */
 struct virtual
@@ -149,7 +144,6 @@ static double efficiency(double slow, uint32_t slow_count)
 
 static void test_equal_renderers(void **state)
 {
-    (void)state;
     /* Probes take a 64th of the time of the pixels, and do not count as work. */
     assert_true(efficiency(1, 0) > 0.965);
 }
@@ -159,7 +153,6 @@ static void test_equal_renderers(void **state)
  * expensive. */
 static void test_uneven_renderers(void **state)
 {
-    (void)state;
     assert_true(efficiency(0.25, 1) > 0.96);
     assert_true(efficiency(0.25, 8) > 0.86);
 }
@@ -168,7 +161,6 @@ static void test_uneven_renderers(void **state)
  * 0.74 if what is learnt from a part of such a tile went for all tiles around. */
 static void test_large_tiles(void **state)
 {
-    (void)state;
     assert_true(efficiency_in(64, 1, 0) > 0.96);
     assert_true(efficiency_in(128, 1, 0) > 0.96);
 }
@@ -176,7 +168,6 @@ static void test_large_tiles(void **state)
 /* Some renderers never answer: the others finish the picture, and lose little of their own time. */
 static void test_stopped_renderers(void **state)
 {
-    (void)state;
     assert_true(efficiency(0, 1) > 0.97);
     assert_true(efficiency(0, 3) > 0.97);
 }
@@ -185,7 +176,6 @@ static void test_stopped_renderers(void **state)
  * have taken. */
 static void test_end_is_foretold(void **state)
 {
-    (void)state;
     const struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
                                         .width = 320,
                                         .height = 240,

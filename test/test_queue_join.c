@@ -1,20 +1,14 @@
 /* Joining adjacent cheap tiles once there are predictions. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
 #include "test/queue_halves_fixture.h"
+#include "test/unit.h"
 
 /* Tiles that are cheap beside all work, as probes tell, are joined; those that a renderer holds are not, nor expensive
  * ones. */
 static void test_cheap_are_joined(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 200, .height = 136, .renderers = 2, .tile_edge = 8, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
@@ -56,7 +50,6 @@ static void test_cheap_are_joined(void **state)
 /* Of cheap tiles, those that may be expensive stay as they are. */
 static void test_uncertain_stay_apart(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 512, .height = 512, .renderers = 2, .tile_edge = 8};
     struct queue *queue = queue_create(&config);
@@ -71,7 +64,6 @@ static void test_uncertain_stay_apart(void **state)
  * tiles. */
 static void test_joined_before_all_probes(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
     struct queue *queue = queue_create(&config);
@@ -134,7 +126,6 @@ static bool are_joined(uint32_t edge, uint32_t tile_edge, double pixel_s, uint32
  * share stay apart, however little work there is. */
 static void test_more_are_joined_in_a_hurry(void **state)
 {
-    (void)state;
     assert_true(are_joined(2048, 8, 1e-6, 1));
     assert_false(are_joined(2048, 8, 1e-4, 1));
     assert_true(are_joined(2048, 8, 1e-8, 64));
@@ -145,7 +136,6 @@ static void test_more_are_joined_in_a_hurry(void **state)
 /* Tiles that are as large as is best for renderers are not joined, however cheap they are. */
 static void test_large_are_not_joined(void **state)
 {
-    (void)state;
     assert_false(are_joined(2048, 16, 1e-8, 1));
 }
 

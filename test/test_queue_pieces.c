@@ -1,13 +1,8 @@
 /* Tiles that are broken into pieces while a renderer holds them as a whole: either all pieces count, or the whole. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
+#include "test/unit.h"
 
 /* All tiles are finished except *last, which renderer 0 has begun, so soon that it is not overdue before; returns how
  * many pieces of it renderer 1 got in its last lot. */
@@ -48,7 +43,6 @@ static bool finish_and_mark(struct queue *queue, uint32_t renderer, const struct
 /* The pieces of a tile count when the last of them is back; an answer for the whole tile is then in vain. */
 static void test_pieces_replace(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES];
     unsigned char seen[64 * 48] = {0};
@@ -84,7 +78,6 @@ static void test_pieces_replace(void **state)
  * they are rendered: a tile of 100 s into 2, where an answer takes the master 25 s. */
 static void test_pieces_are_worth_an_answer(void **state)
 {
-    (void)state;
     for (int dear = 0; dear <= 1; dear++) {
         struct queue *queue = queue_create(&four);
         struct tile last, lot[LOT_TILES];
@@ -103,7 +96,6 @@ static void test_pieces_are_worth_an_answer(void **state)
 /* A whole tile that comes back before any of its pieces counts, and all pieces are in vain. */
 static void test_whole_before_pieces(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES], tile;
     uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
@@ -128,7 +120,6 @@ static void test_whole_before_pieces(void **state)
 /* A whole tile that comes back before the last of its pieces counts, and the pieces that are back do not. */
 static void test_whole_before_last_piece(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES];
     unsigned char seen[64 * 48] = {0};
@@ -152,7 +143,6 @@ static void test_whole_before_last_piece(void **state)
 /* A piece may be broken up in turn; then either its own pieces come back in its place, or it does. */
 static void test_pieces_of_a_piece(void **state)
 {
-    (void)state;
     for (int by_parts = 0; by_parts < 2; by_parts++) {
         struct queue *queue = queue_create(&four);
         struct tile lot[LOT_TILES], tile;
@@ -185,7 +175,6 @@ static void test_pieces_of_a_piece(void **state)
  * cases, too. */
 static void test_pieces_of_what_takes_long(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile lot[LOT_TILES];
     assert_true(queue_next(queue, 0, 0, lot) > 0);
@@ -203,7 +192,6 @@ static void test_pieces_of_what_takes_long(void **state)
 /* There are never more tiles than QUEUE_MAX_TILES: one that would make more is not broken up. */
 static void test_pieces_within_the_limit(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile lot[LOT_TILES];
     assert_true(queue_next(queue, 0, 0, lot) > 0);
@@ -219,7 +207,6 @@ static void test_pieces_within_the_limit(void **state)
  * when all pieces are back, a piece when the whole tile is. */
 static void test_finished_is_told(void **state)
 {
-    (void)state;
     for (int whole = 0; whole < 2; whole++) {
         struct queue *queue = queue_create(&four);
         struct tile last, lot[LOT_TILES];
@@ -253,7 +240,6 @@ static void test_finished_is_told(void **state)
 /* A tile that takes far too long is broken up while others still wait, but not early in the run. */
 static void test_overdue_is_broken_up(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile first, lot[LOT_TILES];
     uint32_t count = queue_next(queue, 0, 0, lot);
@@ -312,7 +298,6 @@ static uint32_t pieces_of_overdue(double lots)
  * least, and 1024 at most. */
 static void test_overdue_is_broken_into_shortest_lots(void **state)
 {
-    (void)state;
     assert_int_equal(pieces_of_overdue(0.4), 2);
     assert_int_equal(pieces_of_overdue(4.1), 8);
     assert_int_equal(pieces_of_overdue(4.5), 16);
@@ -347,7 +332,6 @@ static bool is_broken_up(uint32_t edge, double part, double speed)
  * not a tile that may well be back soon. */
 static void test_overdue_few_pixels_are_broken_up_earlier(void **state)
 {
-    (void)state;
     assert_true(is_broken_up(16, 3.0 / 256 / 1.05, 1));
     assert_false(is_broken_up(16, 3.0 / 256 * 1.05, 1));
     assert_true(is_broken_up(8, 3.0 / 64 / 1.05, 1));
@@ -362,7 +346,6 @@ static void test_overdue_few_pixels_are_broken_up_earlier(void **state)
  * overdue is left to each of the four renderers. */
 static void test_overdue_near_the_end_is_broken_up(void **state)
 {
-    (void)state;
     assert_true(is_broken_up(32, 4.0 / 700 / 1.05, 1));
     assert_false(is_broken_up(32, 4.0 / 700 * 1.05, 1));
     assert_true(is_broken_up(32, 4.0 / 700 / 1.05 / 0.25, 0.25));

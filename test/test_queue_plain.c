@@ -1,15 +1,10 @@
 /* The schedules that hand out one tile at a time: who gets which tile, how far the run has come, and who takes over
  * from a renderer that gives no sign of life. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "common/clock.h"
 #include "test/queue_fixture.h"
+#include "test/unit.h"
 
 /* The next tile of the renderer, under a schedule that hands out one at a time; false: it gets none. */
 static bool next_tile(struct queue *queue, uint32_t renderer, struct tile *tile)
@@ -40,7 +35,6 @@ static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
  * each. */
 static void test_strips_are_the_papers(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .schedule = SCHEDULE_STRIPS, .width = 640, .height = 480, .renderers = 44};
     struct queue *queue = queue_create(&config);
@@ -79,7 +73,6 @@ static void deal_pixels(uint32_t width, uint32_t height, uint32_t renderers)
 
 static void test_cyclic_deals_pixels(void **state)
 {
-    (void)state;
     deal_pixels(333, 200, 7);
     deal_pixels(3, 1, 4);
 }
@@ -87,7 +80,6 @@ static void test_cyclic_deals_pixels(void **state)
 /* As in Tachyon, row y goes to processor y mod P. */
 static void test_cyclic_rows_deals_rows(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .schedule = SCHEDULE_CYCLIC_ROWS, .width = 333, .height = 200, .renderers = 7};
     struct queue *queue = queue_create(&config);
@@ -106,7 +98,6 @@ static void test_cyclic_rows_deals_rows(void **state)
  * once. */
 static void test_reserve(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .schedule = SCHEDULE_TILES, .width = 80, .height = 10, .renderers = 2, .tile_edge = 10};
     struct queue *queue = queue_create(&config);
@@ -136,7 +127,6 @@ static void test_reserve(void **state)
 
 static uint32_t above_last_row(void *state, const struct tile *tile)
 {
-    (void)state;
     return tile->y < 50 ? tile_pixels(tile) : 0;
 }
 
@@ -144,7 +134,6 @@ static uint32_t above_last_row(void *state, const struct tile *tile)
  * bar would start nearly full and stand still. */
 static void test_progress_of_resumed_shares(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .schedule = SCHEDULE_STRIPS, .width = 60, .height = 60, .renderers = 3, .tile_edge = 10};
     struct queue *queue = queue_create(&config);
@@ -167,7 +156,6 @@ static bool do_next(struct queue *queue, uint32_t renderer, double now, double s
 /* The progress is that of the share of which most is left, as the run ends with that one. */
 static void test_progress_of_shares(void **state)
 {
-    (void)state;
     for (int schedule = SCHEDULE_STRIPS; schedule < SCHEDULES; schedule++) {
         struct queue_config config = {.schedule = (enum schedule)schedule,
                                       .width = 60,
@@ -194,7 +182,6 @@ static void test_progress_of_shares(void **state)
 /* With more renderers than rows or pixels, some shares are empty: they do not count. */
 static void test_progress_of_empty_shares(void **state)
 {
-    (void)state;
     for (int schedule = SCHEDULE_STRIPS; schedule < SCHEDULES; schedule++) {
         struct queue_config config = {
             .schedule = (enum schedule)schedule, .width = 2, .height = 2, .renderers = 9};
@@ -227,7 +214,6 @@ static void work_on(struct queue *queue, unsigned char *seen, const struct queue
  * are in vain. */
 static void test_silent(void **state)
 {
-    (void)state;
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         if (schedule == SCHEDULE_DYNAMIC) continue; /* it recognises late renderers by itself */
         struct queue_config config = {.schedule = (enum schedule)schedule,
@@ -263,7 +249,6 @@ static void test_silent(void **state)
  * silent, too, but the first one has answered after all. */
 static void test_silent_tiles_go_out_once(void **state)
 {
-    (void)state;
     for (uint32_t silent = 0; silent < 3; silent++) {
         struct queue_config config = {
             .schedule = SCHEDULE_TILES, .width = 20, .height = 10, .renderers = 3, .tile_edge = 10};
@@ -290,7 +275,6 @@ static void test_silent_tiles_go_out_once(void **state)
  * looked at all others, that would be 10^10 looks, some 20 s. */
 static void test_nobody_is_silent(void **state)
 {
-    (void)state;
     enum { RENDERERS = 100000 };
     struct queue_config config = {
         .schedule = SCHEDULE_STRIPS, .width = 1, .height = RENDERERS, .renderers = RENDERERS};

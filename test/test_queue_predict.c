@@ -1,20 +1,14 @@
 /* What tiles are predicted to cost: from the probes on, and by what is learnt from tiles that take longer. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "master/queue_parts.h"
 #include "test/near.h"
 #include "test/queue_halves_fixture.h"
+#include "test/unit.h"
 
 /* Impossible costs of probed pixels are refused: with a NaN in the predictions, tiles could not be sorted. */
 static void test_probes_are_checked(void **state)
 {
-    (void)state;
     const float bad[] = {HUGE_VALF, -HUGE_VALF, NAN, -1, 2e9f};
     struct queue_config config = {
         .width = 100, .height = 100, .renderers = 2, .tile_edge = 10, .probe_edge = 10};
@@ -57,7 +51,6 @@ static struct cost block_cost(const struct cost_map *map, uint32_t column, uint3
  * of a probe. A probe whose answer comes twice counts once. */
 static void test_costs_are_smoothed(void **state)
 {
-    (void)state;
     struct cost_map map = costs_of_blocks();
     put_row(&map, 0, 1, 1, 17);
     put_row(&map, 1, 33, 1, 1);
@@ -77,7 +70,6 @@ static void test_costs_are_smoothed(void **state)
  * is none. */
 static void test_unknown_costs(void **state)
 {
-    (void)state;
     struct cost_map map = costs_of_blocks();
     put_row(&map, 0, 1, 3, 2);
     put_row(&map, 0, 1, 3, 2);
@@ -90,7 +82,6 @@ static void test_unknown_costs(void **state)
 /* By a clock that stands still, probes take no time, yet something is predicted. */
 static void test_costs_by_a_clock_that_stands_still(void **state)
 {
-    (void)state;
     struct cost_map map = costs_of_blocks();
     put_row(&map, 0, 0, 0, 0);
     cost_settle(&map);
@@ -102,7 +93,6 @@ static void test_costs_by_a_clock_that_stands_still(void **state)
  * predictions stay finite, so that the run comes to its end. */
 static void test_predictions_stay_numbers(void **state)
 {
-    (void)state;
     const double told[] = {2, 5, 10, 100, 1e6, SECONDS_MOST};
     struct queue_config config = {
         .width = 128, .height = 96, .renderers = 2, .tile_edge = 16, .probe_edge = 8};
@@ -145,7 +135,6 @@ static void answer_alike(struct queue *queue, uint32_t renderer, const struct ti
  * they were added with stays if costs were known then. Whoever waits for work is told of new predictions. */
 static void test_added_tiles_are_predicted(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 64, .height = 64, .renderers = 2, .tile_edge = 16, .probe_edge = 8};
     struct queue *queue = queue_create(&config);
@@ -203,7 +192,6 @@ static uint32_t apart(uint32_t a, uint32_t b)
  * tiles around it are predicted to be as expensive and go first, also where they are parts of tiles that were split. */
 static void test_neighbours_are_raised(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 640, .height = 320, .renderers = 1, .tile_edge = 16, .probe_edge = 8};
     for (int tells = 0; tells <= 1; tells++) {
@@ -239,7 +227,6 @@ static void test_neighbours_are_raised(void **state)
 /* The tiles above and to the left are raised, too, where they wait. */
 static void test_all_neighbours_are_raised(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 256, .height = 256, .renderers = 32, .tile_edge = 16};
     struct queue *queue = queue_create(&config); /* without probes: the first tiles are scattered */
@@ -269,7 +256,6 @@ static void test_all_neighbours_are_raised(void **state)
  * otherwise a few expensive pixels would make all predictions far too high. */
 static void test_large_tiles_are_raised_in_part(void **state)
 {
-    (void)state;
     for (uint32_t edge = 32; edge <= 128; edge *= 2) {
         const struct queue_config config = {
             .width = 1280, .height = 640, .renderers = 1, .tile_edge = edge, .probe_edge = 8};

@@ -1,21 +1,15 @@
 /* Tiles that are handed out a second time: what late renderers have not begun, and what idle renderers take over when
  * nothing waits. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
 #include "test/queue_late_fixture.h"
+#include "test/unit.h"
 
 /* Renderer 0 holds two lots, the others have finished all the rest. One that asks then gets up to half of the tiles
  * that 0 has not begun, the last ones, and 0 is told of each of them. */
 static void test_idle_take_unbegun(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES], stolen[LOT_TILES];
@@ -54,7 +48,6 @@ static void test_idle_take_unbegun(void **state)
  * overdue, well before the holder counts as late. */
 static void test_idle_ask_again(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile lot[LOT_TILES], last;
     uint32_t count = queue_next(queue, 0, 0, lot);
@@ -115,7 +108,6 @@ static uint32_t ask(struct queue *queue, uint32_t renderer, double now)
  * is to be done first or last, but gets a piece of another tile that is overdue. */
 static void test_idle_pass_over_a_pixel(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(7);
     uint32_t overdue = give_row(queue, 0, 3, 1.95), first = give_row(queue, 1, 1, 2.17),
              last = give_row(queue, 2, 1, 2.5);
@@ -132,7 +124,6 @@ static void test_idle_pass_over_a_pixel(void **state)
 /* Of two tiles idle renderers help with the one that would be done later, if the other one is as good as done. */
 static void test_idle_help_the_last(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(4);
     give_row(queue, 0, 1, 1.7);
     uint32_t last = give_row(queue, 1, 3, 2);
@@ -145,7 +136,6 @@ static void test_idle_help_the_last(void **state)
  * that of a late renderer. When there are none, it gets the whole tile. */
 static void test_idle_wait_for_others(void **state)
 {
-    (void)state;
     for (int late = 0; late <= 1; late++) {
         struct queue *queue = begin_row(3);
         double now = late ? 4.2 : 3.6;
@@ -167,7 +157,6 @@ static void test_idle_wait_for_others(void **state)
 /* A tile that was passed on from a late renderer is passed on once more only when the other one is late, too. */
 static void test_two_copies_are_enough(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(3);
     uint32_t id = give_row(queue, 0, 3, 2), other = give_row(queue, 2, 3, 2.1);
     assert_int_equal(ask(queue, 1, 5), id);
@@ -181,7 +170,6 @@ static void test_two_copies_are_enough(void **state)
 /* What a tile is known to have taken, its pieces are predicted from: here 8 s in place of 1. */
 static void test_help_with_what_is_known(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(4);
     uint32_t id = give_row(queue, 0, 3, 2);
     queue_takes_long(queue, 0, id, 10, 8);
@@ -195,7 +183,6 @@ static void test_help_with_what_is_known(void **state)
 /* A renderer that still has something to do takes over nothing. */
 static void test_busy_do_not_help(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(4);
     give_row(queue, 0, 3, 2);
     give_row(queue, 1, 3, 2.9);
@@ -208,7 +195,6 @@ static void test_busy_do_not_help(void **state)
 /* An idle renderer also takes over from a renderer that has only just got its tiles. */
 static void test_idle_take_what_was_just_given(void **state)
 {
-    (void)state;
     const struct queue_config config = {.width = 6, .height = 3, .renderers = 4, .tile_edge = 3};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES], more[LOT_TILES];
@@ -224,7 +210,6 @@ static void test_idle_take_what_was_just_given(void **state)
 /* Of two renderers that hold the same tile, the one that has not finished it is told when the other one has. */
 static void test_finished_copy_is_told(void **state)
 {
-    (void)state;
     for (int original = 0; original < 2; original++) {
         struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
         struct queue *queue = queue_create(&config);
@@ -254,7 +239,6 @@ static void test_finished_copy_is_told(void **state)
  * as late, when they have dropped it. */
 static void test_all_copies_are_told(void **state)
 {
-    (void)state;
     struct queue *queue = begin_row(4);
     uint32_t id = give_row(queue, 0, 1, 2), told = 0;
     assert_int_equal(ask(queue, 1, 2.4), id);
@@ -278,7 +262,6 @@ static void test_all_copies_are_told(void **state)
 /* Tiles that a late renderer has not begun are passed on whole, even while another renderer is overdue for longer. */
 static void test_unbegun_is_not_broken_up(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 1);
     queue_look(queue, 0.02);
@@ -297,7 +280,6 @@ static void test_unbegun_is_not_broken_up(void **state)
 /* All tiles that an overdue renderer has not begun go into one lot, together with tiles that wait. */
 static void test_late_in_one_lot(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 0);
     queue_look(queue, 0.5);
@@ -314,7 +296,6 @@ static void test_late_in_one_lot(void **state)
 /* Of tiles that late renderers have not begun, a renderer gets no more than one lot, but one tile at least. */
 static void test_late_within_a_lot(void **state)
 {
-    (void)state;
     static const struct {
         double tiles; /* limit of the lot */
         uint32_t count;
@@ -335,7 +316,6 @@ static void test_late_within_a_lot(void **state)
  * its message has room for. */
 static void test_unbegun_within_a_lot(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 256, .height = 288, .renderers = 2, .tile_edge = 32};
     struct queue *queue = queue_create(&config);
@@ -354,7 +334,6 @@ static void test_unbegun_within_a_lot(void **state)
 /* Tiles are taken over from the renderer that has most by now, not from the one that got most. */
 static void test_unbegun_of_the_richest(void **state)
 {
-    (void)state;
     const struct queue_config config = {.width = 64, .height = 64, .renderers = 3, .tile_edge = 16};
     struct queue *queue = queue_create(&config);
     struct tile tiles[LOT_TILES];
@@ -375,7 +354,6 @@ static void test_unbegun_of_the_richest(void **state)
  * it would pile up. */
 static void test_late_gets_nothing(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 0);
     queue_look(queue, 0.5);
@@ -388,7 +366,6 @@ static void test_late_gets_nothing(void **state)
 /* A renderer that has answered for a tile in the meantime is not told any more that another one has it. */
 static void test_answered_is_not_recalled(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 0);
     struct recall recall;
@@ -407,7 +384,6 @@ static void test_answered_is_not_recalled(void **state)
  * holds. */
 static void test_late_behind_a_later_one(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     struct queue *queue = begin_late(lots, 1);
     queue_look(queue, 0.5);
@@ -423,7 +399,6 @@ static void test_late_behind_a_later_one(void **state)
  * dropped it and asked for other work since. */
 static void test_stopped_behind_a_late_one(void **state)
 {
-    (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     uint32_t counts[4];
     struct queue *queue = begin_many(lots, counts);

@@ -1,16 +1,11 @@
 /* Splitting tiles: which of them are split before they are handed out, and how small their parts are. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/cores.h"
 #include "master/queue_parts.h"
 #include "test/queue_halves_fixture.h"
+#include "test/unit.h"
 
 /* Pixels of the largest tile that is handed out in the right or the left half of a picture, whose pixels cost 1e-4 s in
  * the left half and a hundredth of that in the right one. */
@@ -42,7 +37,6 @@ static uint32_t largest_with(double most_work, bool right)
 /* Where the predicted cost of a tile is limited, tiles beyond the limit are split, and no others. */
 static void test_tiles_take_so_long_at_most(void **state)
 {
-    (void)state;
     assert_int_equal(largest_with(0, false), 256);
     assert_int_equal(largest_with(16e-4, false), 16);
     assert_int_equal(largest_with(16e-4, true), largest_with(0, true));
@@ -51,7 +45,6 @@ static void test_tiles_take_so_long_at_most(void **state)
 /* A tile is also split if its most expensive spot might take more than four times that limit. */
 static void test_worst_cases_are_limited(void **state)
 {
-    (void)state;
     const struct queue_config config = {.width = 640,
                                         .height = 320,
                                         .renderers = 1,
@@ -74,7 +67,6 @@ static void test_worst_cases_are_limited(void **state)
  * there may be. */
 static void test_what_is_not_split(void **state)
 {
-    (void)state;
     const struct queue_config config = {.width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
     struct queue *queue = queue_create(&config);
     uint32_t id = heap_top(&queue->waiting);
@@ -112,7 +104,6 @@ static uint32_t largest_dear(const struct queue_config *config)
  * renderer's share. In a large picture, tiles that are the same part of all work are handed out whole. */
 static void test_dear_of_few_are_split(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .width = 128, .height = 128, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
     uint32_t few = largest_dear(&config);
@@ -173,7 +164,6 @@ static uint32_t largest_of_lots(uint32_t samples, uint32_t probe_edge)
  * it does. */
 static void test_small_are_split_by_their_samples(void **state)
 {
-    (void)state;
     assert_int_equal(largest_of_lots(0, 0), 16);
     assert_int_equal(largest_of_lots(1, 0), 16);
     assert_int_equal(largest_of_lots(16, 0), 16);
@@ -185,7 +175,6 @@ static void test_small_are_split_by_their_samples(void **state)
  * not, or have so few samples that they would together cost more than it does. */
 static void test_known_dear_are_split_further(void **state)
 {
-    (void)state;
     assert_int_equal(largest_of_lots(1, 4), 16);
     assert_int_equal(largest_of_lots(16, 4), 16);
     assert_int_equal(largest_of_lots(64, 4), 4);
@@ -214,7 +203,6 @@ static bool is_small_split(float pixel_s, double work, double worst)
 /* That a small tile may be as expensive as a spot of it, or one beside it, is no reason to split it. */
 static void test_small_are_split_if_dear_all_over(void **state)
 {
-    (void)state;
     assert_true(is_small_split(1e-3f, 0.11, 0.11));
     assert_true(is_small_split(1e-3f, 0.11, 1));
     assert_false(is_small_split(1e-3f, 0.09, 0.09));
@@ -226,7 +214,6 @@ static void test_small_are_split_if_dear_all_over(void **state)
  * same, work is a quarter of what probes take (FIXED_SHARE in master/cost.c). */
 static void test_smallest_parts_leave_the_master_time(void **state)
 {
-    (void)state;
     assert_true(is_small_split(4 * 2.2e-7f, 0.5, 0.5));
     assert_false(is_small_split(4 * 2e-7f, 0.5, 0.5));
 }
@@ -235,7 +222,6 @@ static void test_smallest_parts_leave_the_master_time(void **state)
  * than a renderer's share of all work. */
 static void test_blind_lots_have_several_tiles(void **state)
 {
-    (void)state;
     for (uint32_t edge = 16; edge <= 512; edge *= 2) {
         const struct queue_config config = {
             .width = 2560, .height = 1920, .renderers = 44, .tile_edge = edge, .probe_edge = 8};
@@ -316,7 +302,6 @@ static uint64_t largest_piece_of_late(uint32_t height, uint32_t samples)
 
 static void test_dear_of_late_are_broken_up(void **state)
 {
-    (void)state;
     assert_int_equal(largest_piece_of_late(480, 1), 16);
     assert_int_equal(largest_piece_of_late(240, 1), 16);
     assert_int_equal(largest_piece_of_late(240, 4096), 8);
@@ -362,7 +347,6 @@ static bool are_blind_broken_up(uint32_t height, const struct crowd *crowd)
 
 static void test_blind_are_broken_up(void **state)
 {
-    (void)state;
     assert_true(are_blind_broken_up(128, NULL));
     assert_false(are_blind_broken_up(240, NULL));
 }
@@ -370,7 +354,6 @@ static void test_blind_are_broken_up(void **state)
 /* Where renderers share cores, there is no idle one for the pieces. */
 static void test_blind_on_shared_cores(void **state)
 {
-    (void)state;
     static struct affinity affinities[BLIND];
     struct crowd crowd;
     for (uint32_t i = 0; i < BLIND; i++) {
@@ -414,7 +397,6 @@ static void withdraw_blind(bool before)
 
 static void test_blind_are_withdrawn(void **state)
 {
-    (void)state;
     withdraw_blind(false);
     withdraw_blind(true);
 }

@@ -1,18 +1,12 @@
 /* The initial state of the queue: how large tiles are, which tiles there are, and which of them an earlier run has
  * finished. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
+#include "test/unit.h"
 
 /* The configured tile edge, or the automatic one; a band has no more rows than a renderer's share. */
 static void test_tile_edge(void **state)
 {
-    (void)state;
     static const struct {
         struct queue_config config;
         uint32_t edge;
@@ -37,7 +31,6 @@ static void test_tile_edge(void **state)
 /* Even a small share is cut into several bands, so that its progress shows, but no band is less than a row. */
 static void test_bands_show_progress(void **state)
 {
-    (void)state;
     for (int schedule = SCHEDULE_STRIPS; schedule <= SCHEDULE_CYCLIC; schedule++) {
         struct queue_config config = {.schedule = (enum schedule)schedule, .renderers = 6};
         config.width = 320, config.height = 240;
@@ -54,7 +47,6 @@ static void test_bands_show_progress(void **state)
 /* A band for very many renderers has no more rows than a tile may have, else no renderer would take it. */
 static void test_bands_fit_into_tiles(void **state)
 {
-    (void)state;
     struct queue_config config = {
         .schedule = SCHEDULE_CYCLIC, .width = 16384, .height = 16384, .renderers = 1000};
     struct queue *queue = queue_create(&config);
@@ -67,14 +59,12 @@ static void test_bands_fit_into_tiles(void **state)
 
 static void test_too_many_tiles(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 16384, .height = 16384, .renderers = 1, .tile_edge = 1};
     assert_null(queue_create(&config));
 }
 
 static void test_auto_edge(void **state)
 {
-    (void)state;
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 1), 32);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 44), 8);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 1, 2), 64);
@@ -92,7 +82,6 @@ static void test_auto_edge(void **state)
 
 static void test_auto_probe_edge(void **state)
 {
-    (void)state;
     assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1), 24);
     assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
     assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
@@ -114,7 +103,6 @@ static bool was_finished(uint32_t x, uint32_t y)
 static uint32_t finished_pixels(void *state, const struct tile *tile)
 {
     uint32_t count = 0;
-    (void)state;
     for (uint32_t k = 0; k < tile_pixels(tile); k++) {
         uint32_t x, y;
         tile_pixel(tile, k, &x, &y);
@@ -125,13 +113,11 @@ static uint32_t finished_pixels(void *state, const struct tile *tile)
 
 static uint32_t all_finished(void *state, const struct tile *tile)
 {
-    (void)state;
     return tile_pixels(tile);
 }
 
 static void test_skip(void **state)
 {
-    (void)state;
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         const struct queue_config config = {.schedule = (enum schedule)schedule,
                                             .width = 50,
@@ -178,14 +164,12 @@ static void test_skip(void **state)
 
 static uint32_t upper_half(void *state, const struct tile *tile)
 {
-    (void)state;
     return tile->y < 24 ? tile_pixels(tile) : 0;
 }
 
 /* The end is foretold from what is left to this run: what an earlier one has finished takes no time. */
 static void test_end_of_what_is_left(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 64, .height = 48, .renderers = 1, .tile_edge = 8};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES];
@@ -207,7 +191,6 @@ static void test_end_of_what_is_left(void **state)
 /* Where an earlier run has finished pass 0, tiles of later passes are predicted from probes all the same. */
 static void test_passes_behind_a_finished_one(void **state)
 {
-    (void)state;
     struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
                                   .width = 64,
                                   .height = 64,
@@ -251,7 +234,6 @@ static uint32_t probes_of_a_tile(uint32_t width, uint32_t height, uint32_t rende
  * renderer. */
 static void test_probes_of_a_tile(void **state)
 {
-    (void)state;
     assert_int_equal(probes_of_a_tile(640, 480, 44), 8);
     assert_int_equal(probes_of_a_tile(64, 48, 44), 192 / 44);
     assert_int_equal(probes_of_a_tile(64, 48, 400), 1);
@@ -264,7 +246,6 @@ static void test_probes_of_a_tile(void **state)
  * picture, so that a lot of them is as expensive as any other. */
 static void test_probes_are_spread(void **state)
 {
-    (void)state;
     for (uint32_t tiles = 1; tiles <= LOT_TILES; tiles++) {
         struct queue_config config = {
             .width = 64, .height = 8 * tiles, .renderers = 1, .tile_edge = 16, .probe_edge = 8};
@@ -288,7 +269,6 @@ static void test_probes_are_spread(void **state)
 /* Before anything is known, the first tiles that renderers get come from all over the picture. */
 static void test_first_tiles_are_scattered(void **state)
 {
-    (void)state;
     struct queue_config config = {.width = 256, .height = 256, .renderers = 16, .tile_edge = 16};
     struct queue *queue = queue_create(&config);
     uint32_t quarters[4] = {0};

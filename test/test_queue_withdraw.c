@@ -1,14 +1,9 @@
 /* Withdrawing work from the queue, and ending the pre-pass of probes early. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "test/queue_fixture.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 static const struct queue_config withdrawing = {.schedule = SCHEDULE_DYNAMIC,
                                                 .width = 256,
@@ -61,7 +56,6 @@ static void withdraw_after(struct queue *queue, uint32_t turns, uint64_t *seed, 
  * others. After that the queue takes new work. */
 static void test_withdraw(void **state)
 {
-    (void)state;
     static unsigned char seen[256 * 192];
     uint64_t seed = 1;
     for (int round = 0; round < 40; round++) {
@@ -90,7 +84,6 @@ static void test_withdraw(void **state)
  * would never be finished. */
 static void test_pieces_of_a_piece_stay(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile lot[LOT_TILES], tile;
     assert_true(queue_next(queue, 0, 0, lot) > 0);
@@ -117,7 +110,6 @@ static void test_pieces_of_a_piece_stay(void **state)
 /* Nor are pieces of a tile of which one has been handed out: it would be rendered in vain. */
 static void test_pieces_in_work_stay(void **state)
 {
-    (void)state;
     struct queue *queue = queue_create(&four);
     struct tile lot[LOT_TILES];
     assert_true(queue_next(queue, 0, 0, lot) > 0);
@@ -139,7 +131,6 @@ static void test_pieces_in_work_stay(void **state)
 /* The queue does not wait for a renderer that has stopped while it held tiles that are withdrawn. */
 static void test_withdraw_from_stopped(void **state)
 {
-    (void)state;
     static unsigned char seen[256 * 192];
     struct queue *queue = queue_create(&withdrawing);
     uint64_t seed = 7;
@@ -180,7 +171,6 @@ static uint32_t probes_out(const struct queue *queue)
  * one that it is at. The queue predicts from the first probe that is back, and every pixel is rendered once as ever. */
 static void test_probes_end(void **state)
 {
-    (void)state;
     static unsigned char seen[256 * 192];
     uint32_t ended_with_none = 0, ended_with_some = 0;
     uint64_t seed = 1;

@@ -26,7 +26,6 @@ static struct vec3 direct_in(const struct scene *scene, const struct material *m
 /* No point of a box is brighter than the bound, for any normal and direction of view. */
 static void test_direct(void **state)
 {
-    (void)state;
     uint64_t random = 77;
     double closest = 0;
     for (int i = 0; i < 300; i++) {
@@ -91,7 +90,6 @@ static struct scene *lit_ball(const struct light lights[2])
 /* Two opposite lights cannot light a surface together. */
 static void test_opposite_lights(void **state)
 {
-    (void)state;
     const struct light lights[2] = {{{0, -1e6, 0}, {1, 1, 1}}, {{0, 1e6, 0}, {1, 1, 1}}};
     struct scene *scene = lit_ball(lights);
     struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
@@ -107,7 +105,6 @@ static void test_opposite_lights(void **state)
  * together light a surface as much as the bound says, up to the width of the far one's cone. */
 static void test_nearly_opposite_lights(void **state)
 {
-    (void)state;
     const struct vec3 white = {1, 1, 1}, end = {1, 0, 0}, near = {1, 0.25, 0};
     const struct bounds box = {{-1, 0, 0}, {1, 0, 0}};
     for (int i = 1; i < 200; i++) {
@@ -129,7 +126,6 @@ static const struct vec3 one = {1, 1, 1};
  * bound says. */
 static void test_lights_of_any_strength(void **state)
 {
-    (void)state;
     const struct bounds box = {{0, 0, 0}, {0, 0, 0}};
     const double strengths[] = {0.25, 0, 1, 0.5};
     struct builder *builder = builder_create();
@@ -153,7 +149,6 @@ static void test_lights_of_any_strength(void **state)
  * sky. */
 static void test_rays(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct material mirror = {.color = {1, 1, 1}, .ambient = 0.25, .reflection = 0.5, .ior = 1};
     uint32_t index;
@@ -184,7 +179,6 @@ static void test_rays(void **state)
 /* Between lossless mirrors a ray can bring the light that is added at its own level and at each one below. */
 static void test_lossless_levels(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct material mirror = {.color = {1, 1, 1}, .ambient = 0.25, .reflection = 1, .ior = 1};
     uint32_t index;
@@ -236,7 +230,6 @@ static struct scene *mirror_in_the_dark(const struct material *mirror, bool cone
 /* Inside of a mirror that adds a tenth at every reflection: the bound counts all possible reflections. */
 static void test_all_levels(void **state)
 {
-    (void)state;
     enum { DEPTH = 4 };
     struct material mirror = {.color = one, .ambient = 0.1, .reflection = 0.9, .ior = 1};
     struct radiance radiance;
@@ -277,7 +270,6 @@ static bool meets_cube(const struct ray *ray, double half)
 /* In the dark only rays that meet the box around a mirror bring light, or that go nobody knows where. */
 static void test_box_is_met(void **state)
 {
-    (void)state;
     const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
     struct scene *scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, 4);
     struct radiance radiance;
@@ -301,7 +293,6 @@ static void test_box_is_met(void **state)
 /* Each component has a bound of its own: that of the sky at its brightest, and of what a mirror adds. */
 static void test_components(void **state)
 {
-    (void)state;
     const struct vec3 weights[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     struct builder *builder = builder_create();
     struct material mirror = {.color = one, .ambient = 0.25, .reflection = 1, .ior = 1};
@@ -346,7 +337,6 @@ static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct
  * the paper's formulas a ray may always hit the surface that it has left. */
 static void test_met_again(void **state)
 {
-    (void)state;
     const struct vec3 top = {0, 0, 1}, side = {1, 0, 0};
     assert_false(meets_again(false, FORMULAS_EXACT, top, vec3(1, 0, 1)));
     assert_true(meets_again(false, FORMULAS_PAPER, top, vec3(1, 0, 1)));
@@ -357,7 +347,6 @@ static void test_met_again(void **state)
 
 static void test_box_met_again(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct material glass = {.color = one, .ambient = 0.5, .transmission = 0.5, .ior = 1};
     uint32_t index;
@@ -380,7 +369,6 @@ static void test_box_met_again(void **state)
 /* A ray that misses a ball: the paper's formulas may err by more than its size, and find a hit. */
 static void test_past(void **state)
 {
-    (void)state;
     const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
     for (uint32_t formulas = FORMULAS_EXACT; formulas <= FORMULAS_PAPER; formulas++) {
         struct scene *scene = mirror_in_the_dark(&mirror, false, formulas, 4);
@@ -481,7 +469,6 @@ static void compare(struct scene *scene, const struct bvh *bvh, const float *dee
 
 static void test_claims(void **state)
 {
-    (void)state;
     uint64_t random = 5;
     for (int family = 0; family < 3; family++) {
         struct coverage coverage = {0};
@@ -517,7 +504,6 @@ static void test_claims(void **state)
 /* Surfaces that pass on more light than they get: the claimed error is infinite, and all requested rays are traced. */
 static void test_growing_light(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     struct material glass = {
         .color = {1.5, 1, 1}, .ambient = 0.1, .reflection = 0.5, .transmission = 1, .ior = 1.5};
@@ -556,7 +542,6 @@ static struct scene *growing_light_beside(const struct material *material, const
 /* Surfaces that amplify transmitted light, with shadow rays: there is no bound on the light behind them. */
 static void test_light_through_growing(void **state)
 {
-    (void)state;
     const struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
     for (uint32_t shadows = 0; shadows <= 1; shadows++) {
         struct material matte = {.color = one, .ambient = 0.25, .diffuse = 0.5, .ior = 1};
@@ -574,7 +559,6 @@ static void test_light_through_growing(void **state)
 /* Where there is no bound at all, that is so at every depth: even at one where nothing is left that could add light. */
 static void test_growing_at_any_depth(void **state)
 {
-    (void)state;
     const struct material mirror = {.color = one, .diffuse = 0.5, .reflection = 1, .ior = 1};
     const struct view view = small_view(EDGE);
     struct scene *scene = growing_light_beside(&mirror, &view);

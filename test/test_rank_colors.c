@@ -1,15 +1,10 @@
 /* Tests of the colours of ranks. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/rank_colors.h"
+#include "test/unit.h"
 
 struct cielab {
     double lightness, a, b;
@@ -59,7 +54,6 @@ static double least_distance(uint32_t count, uint32_t reach)
 /* Of colours in CIELAB a distance of 2.3 is just noticeable. */
 static void test_far_apart(void **state)
 {
-    (void)state;
     double neighbours = least_distance(44, 1), many = least_distance(256, 256);
     print_message(
         "least distances: %.1f of 8, %.1f of 20, %.1f of 44, %.1f of 256; %.1f of neighbours\n",
@@ -71,7 +65,6 @@ static void test_far_apart(void **state)
 /* No colour is like black, the ground or the ink of the legend, or any other grey. */
 static void test_unlike_all_else(void **state)
 {
-    (void)state;
     float rgb[256][3];
     rank_colors(256, rgb);
     for (int i = 0; i < 256; i++) {
@@ -83,7 +76,6 @@ static void test_unlike_all_else(void **state)
 /* A rank has the same colour however many there are. */
 static void test_first_stay(void **state)
 {
-    (void)state;
     float few[8][3], many[100][3];
     rank_colors(8, few);
     rank_colors(100, many);
@@ -93,7 +85,6 @@ static void test_first_stay(void **state)
 /* There are fewer colours than that; all are colours, and they begin anew after the last one. */
 static void test_more_ranks_than_colors(void **state)
 {
-    (void)state;
     enum { RANKS = 20000 };
     float(*rgb)[3] = malloc(RANKS * sizeof *rgb);
     uint32_t again = 0;

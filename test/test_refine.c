@@ -1,14 +1,9 @@
 /* How many samples the next pass gives to each pixel, by its error, by the cost of its samples and by the time there
  * is. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/adaptive_by_hand_fixture.h"
+#include "test/unit.h"
 
 /* Pass 0 has come in, in 0.6 s; errors fall from the left to the right of the picture. */
 static struct adaptive *begin_uneven(struct canvas *canvas)
@@ -23,7 +18,6 @@ static struct adaptive *begin_uneven(struct canvas *canvas)
 
 static void test_pass_within_seconds(void **state)
 {
-    (void)state;
     const double seconds[] = {0, 0.2, 1, 3, 10, 1e6, HUGE_VAL};
     double any = 0;
     for (int i = 6; i >= 0; i--) {
@@ -45,7 +39,6 @@ static void test_pass_within_seconds(void **state)
 /* A plan can be made again from its limit. */
 static void test_plan_by_its_limit(void **state)
 {
-    (void)state;
     struct canvas canvases[2];
     struct adaptive *first = begin_uneven(&canvases[0]), *again = begin_uneven(&canvases[1]);
     assert_true(adaptive_limit(first) == 0);
@@ -70,7 +63,6 @@ static void test_plan_by_its_limit(void **state)
  * between passes. */
 static void test_spread_of_all_passes(void **state)
 {
-    (void)state;
     const struct sent later = {0.875f, 0, -0.0078125f, {1, 1}};
     struct canvas canvas;
     struct adaptive *adaptive = begin_even(&canvas, 4096, 1e-4);
@@ -97,7 +89,6 @@ static void test_spread_of_all_passes(void **state)
  * number comes in. */
 static void test_dear_pixels_get_less(void **state)
 {
-    (void)state;
     const float rays[] = {1, 0, NAN, HUGE_VALF};
     struct view view = view_of(4, 1024);
     struct canvas canvas;
@@ -122,7 +113,6 @@ static void test_dear_pixels_get_less(void **state)
 /* The cost of a pixel is that of all its samples, not of the last ones alone. */
 static void test_cost_of_all_samples(void **state)
 {
-    (void)state;
     const float rays[][2] = {
         {256, 1}, {1, 256}}; /* per sample in the right half, in pass 0 and in the next one */
     struct view view = view_of(4, 4096);

@@ -1,14 +1,9 @@
 /* Tests of whole tiles: ray trees, pruning and its bound, and that pictures do not depend on the tiles. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/builder.h"
+#include "test/unit.h"
 #include "test/view_fixture.h"
 #include "worker/color_sum.h"
 #include "worker/medium.h"
@@ -105,7 +100,6 @@ static void render_scene(struct builder *builder, const struct view *view, uint3
 
 static void test_empty_scene_is_background(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     render_scene(builder_create(), &view, SIZE, SIZE, &picture);
@@ -118,7 +112,6 @@ static void test_empty_scene_is_background(void **state)
 
 static void test_tiles_do_not_matter(void **state)
 {
-    (void)state;
     static struct picture whole, part;
     struct view view = small_view(SIZE);
     view.min_samples = view.max_samples = 3;
@@ -146,7 +139,6 @@ static double largest_difference(const struct picture *a, const struct picture *
 /* The bound of pruning holds in every pixel, and pruning saves rays. */
 static void test_cutoff_keeps_its_bound(void **state)
 {
-    (void)state;
     static struct picture exact, pruned;
     struct view view = small_view(SIZE);
     view.max_depth = 12;
@@ -169,7 +161,6 @@ static void test_cutoff_keeps_its_bound(void **state)
  */
 static void test_depth_bound(void **state)
 {
-    (void)state;
     static struct picture deep, shallow;
     struct view view = small_view(SIZE);
     view.max_depth = 14;
@@ -188,7 +179,6 @@ static void test_depth_bound(void **state)
 /* A ray between two facing mirrors goes on to max_depth without a stack that could overflow. */
 static void test_facing_mirrors(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct builder *builder = builder_create();
     uint32_t mirror = material(builder, 1, 0);
@@ -212,7 +202,6 @@ static void test_facing_mirrors(void **state)
  */
 static void test_filtered_shadow(void **state)
 {
-    (void)state;
     static struct picture lit, filtered, dark;
     struct picture *pictures[] = {&lit, &filtered, &dark};
     for (int i = 0; i < 3; i++) {
@@ -239,7 +228,6 @@ static void test_filtered_shadow(void **state)
 
 static void test_shadows_can_be_left_out(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     view.shadows = 0;
@@ -252,7 +240,6 @@ static void test_shadows_can_be_left_out(void **state)
  * depth. */
 static void test_rays_are_bounded(void **state)
 {
-    (void)state;
     static struct picture picture;
     const double shares[] = {0.1, 0.5};
     for (int i = 0; i < 2; i++) {
@@ -303,7 +290,6 @@ static void add_cube(struct builder *builder, bool common, uint32_t m)
 /* Rays that exactly meet edges of a closed mesh are not reflected out of it, nor refracted into the wrong medium. */
 static void test_edges_do_not_leak(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     view.camera.right = vec3(1, 0, 0);
@@ -357,7 +343,6 @@ static void assert_passed(struct builder *builder, const struct view *view, doub
  * same place. */
 static void test_edges_of_a_glass_mesh(void **state)
 {
-    (void)state;
     for (unsigned k = 0; k < 8; k++) {
         struct builder *builder = builder_create();
         double ior = k & 2 ? 1 : 1.5, aside = k & 4 ? -0.5 : 0;
@@ -370,7 +355,6 @@ static void test_edges_of_a_glass_mesh(void **state)
 /* Rays that meet the rims of rods exactly, and tangents of their sides. */
 static void test_rims_of_glass_rods(void **state)
 {
-    (void)state;
     for (unsigned k = 0; k < 108; k++) {
         struct builder *builder = builder_create();
         double ior = k & 1 ? 1 : 1.5, x = k / 2 % 3 - 1, y = k / 6 % 3 - 1;
@@ -388,7 +372,6 @@ static void test_rims_of_glass_rods(void **state)
  * of glowing rods behind a screen that lets a half through. */
 static void test_touched_glass_keeps_the_bound(void **state)
 {
-    (void)state;
     static struct picture pictures[2];
     struct view view = lattice_view(vec3(0, 0, 7));
     const struct material screen = {.color = {1, 1, 1}, .transmission = 0.5, .ior = 1};
@@ -417,7 +400,6 @@ static void test_touched_glass_keeps_the_bound(void **state)
 /* Rays that touch balls but for the rounding of their direction: some of them enter, but not by more than that. */
 static void test_tangents_of_glass_balls(void **state)
 {
-    (void)state;
     struct view view = lattice_view(vec3(0, 0, 6));
     for (unsigned k = 0; k < 64; k++) {
         struct builder *builder = builder_create();
@@ -433,7 +415,6 @@ static void test_tangents_of_glass_balls(void **state)
 /* Rays go exactly through points where balls of glass meet a cube. They cross both as often as the rays beside them. */
 static void test_glass_balls_meet_a_mesh(void **state)
 {
-    (void)state;
     static struct picture picture;
     static const struct sphere balls[] = {
         {{0, 0, -1}, 1, 0, 0}, {{0, 1, -1}, 1, 0, 0}, {{-1, 1, 0}, 1, 0, 0},
@@ -458,7 +439,6 @@ static void test_glass_balls_meet_a_mesh(void **state)
  * in it. Some run along faces. */
 static void test_eye_on_a_glass_mesh(void **state)
 {
-    (void)state;
     static struct picture picture;
     for (int k = 0; k < 54; k++) {
         struct builder *builder = builder_create();
@@ -475,7 +455,6 @@ static void test_eye_on_a_glass_mesh(void **state)
 /* From inside a glass ball in a larger one of water, all rays end up outside of both. */
 static void test_eye_inside_glass(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct builder *builder = builder_create();
     uint32_t glass = material(builder, 0.1, 0.8);
@@ -494,7 +473,6 @@ static void test_eye_inside_glass(void **state)
  * as it must, so that all media match, and all light that goes in comes out into a sky of 1. */
 static void test_glass_on_glass(void **state)
 {
-    (void)state;
     static struct picture picture;
     uint32_t index;
     struct builder *builder = builder_create();
@@ -519,7 +497,6 @@ static void test_glass_on_glass(void **state)
 /* A ball of glass in glass of the same index cannot be seen; with the paper's formulas it can. */
 static void test_equal_media_are_one(void **state)
 {
-    (void)state;
     static struct picture pictures[3];
     for (int i = 0; i < 3; i++) {
         struct builder *builder = builder_create();
@@ -539,7 +516,6 @@ static void test_equal_media_are_one(void **state)
 /* Two lights whose sum is infinite: such samples are counted, and the first one is reported, whatever the tiles are. */
 static void test_bad_samples_are_told(void **state)
 {
-    (void)state;
     static struct picture whole, part;
     struct render_counts counts[2];
     for (int i = 0; i < 2; i++) {
@@ -581,7 +557,6 @@ static void add_mirror(struct builder *builder)
 /* A bad sample is reported with the depth of the ray that causes it. */
 static void test_bad_in_a_mirror(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     struct builder *builder = builder_create();
@@ -598,7 +573,6 @@ static void test_bad_in_a_mirror(void **state)
 /* A sheet of glass is no solid: rays that enter through it never leave. */
 static void test_open_media_are_counted(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     struct builder *builder = builder_create();
@@ -612,7 +586,6 @@ static void test_open_media_are_counted(void **state)
  * max_depth. */
 static void test_bound_rays_tell_no_media(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     for (uint32_t depth = 0; depth < 2; depth++) {
@@ -630,7 +603,6 @@ static void test_bound_rays_tell_no_media(void **state)
  * large for a double, it does not count. */
 static void test_too_bright_for_floats(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     view.background_bottom = view.background_top = vec3(0, 1e39, 0);
@@ -649,7 +621,6 @@ static void test_too_bright_for_floats(void **state)
 /* Catalogue 47: small terms are not lost beside large ones. */
 static void test_color_sum(void **state)
 {
-    (void)state;
     struct color_sum sum = {{0, 0, 0}, {0, 0, 0}};
     for (int i = 0; i < 1 << 16; i++)
         color_sum_add(&sum, vec3(0x1p-70, i == 9 ? 1e30 : 1e14, 1e-30));
@@ -666,7 +637,6 @@ static void test_color_sum(void **state)
 /* A lamp with its light on its surface: lit towards the light, dark behind the lamp, no noise. */
 static void test_light_on_a_surface(void **state)
 {
-    (void)state;
     static struct picture lit, bare;
     for (int i = 0; i < 2; i++) {
         struct builder *builder = builder_create();
@@ -686,7 +656,6 @@ static void test_light_on_a_surface(void **state)
 
 static void test_lights_in_a_plane(void **state)
 {
-    (void)state;
     static struct picture lit, bare;
     for (int k = 0; k < 8; k++) {
         for (int i = 0; i < 2; i++) {
@@ -720,7 +689,6 @@ static struct prepared prepare(uint32_t min_samples, uint32_t max_samples)
  * each of them. */
 static void test_spread_of_four_samples(void **state)
 {
-    (void)state;
     enum { PIXELS = SIZE * SIZE };
     static float mean[3][PIXELS * 3], difference[2][PIXELS * 3], spread[2][PIXELS];
     static struct refinement refinements[PIXELS];
@@ -761,7 +729,6 @@ static void test_spread_of_four_samples(void **state)
  * are alike, so are the halves. */
 static void test_error_of_three_samples(void **state)
 {
-    (void)state;
     enum { PIXELS = SIZE * SIZE };
     static float mean[PIXELS * 3], difference[PIXELS * 3], rays[PIXELS];
     struct prepared three = prepare(3, 3);
@@ -787,7 +754,6 @@ static void test_error_of_three_samples(void **state)
  * to what one pass gives, and so do the differences of the halves. */
 static void test_passes_add_up(void **state)
 {
-    (void)state;
     enum { PIXELS = SIZE * SIZE };
     static float whole[2][PIXELS * 3], part[2][PIXELS * 3], sum[2][PIXELS * 3];
     static struct refinement refinements[PIXELS];
@@ -828,7 +794,6 @@ static void test_passes_add_up(void **state)
 /* A pass that gives each pixel one sample has empty halves, which tell no error. */
 static void test_passes_of_one_sample(void **state)
 {
-    (void)state;
     static float mean[SIZE * SIZE * 3], difference[SIZE * SIZE * 3], spread[SIZE * SIZE];
     static struct refinement refinements[SIZE * SIZE];
     struct prepared prepared = prepare(1, 4);
@@ -855,7 +820,6 @@ static void test_passes_of_one_sample(void **state)
 /* The error half way through a pass is that of the first one. */
 static void test_halfway_of_the_first_pass(void **state)
 {
-    (void)state;
     static float mean[SIZE * SIZE * 3];
     static struct refinement refinements[SIZE * SIZE];
     struct prepared prepared = prepare(4, 16);
@@ -902,7 +866,6 @@ static unsigned waves_with(uint32_t lights)
 /* With many lights waves are short, as each hit may need a shadow ray to each light. */
 static void test_many_lights_make_short_waves(void **state)
 {
-    (void)state;
     assert_int_equal(waves_with(0), 1);
     assert_int_equal(waves_with(4000), 1);
     assert_int_equal(waves_with((1u << 17) - 1), 29); /* of 9 samples */
@@ -912,7 +875,6 @@ static void test_many_lights_make_short_waves(void **state)
  * into a sky of 1. */
 static void test_touched_glass(void **state)
 {
-    (void)state;
     static struct picture picture;
     const double iors[] = {0.8, 1, 1.5};
     struct view view = small_view(32);
@@ -938,7 +900,6 @@ static void test_touched_glass(void **state)
  * the other half never were in it. */
 static void test_eye_along_a_surface(void **state)
 {
-    (void)state;
     static struct picture picture;
     struct view view = small_view(SIZE);
     for (unsigned k = 0; k < 4; k++) {
@@ -963,7 +924,6 @@ static void test_eye_along_a_surface(void **state)
  * entered. A task of a million samples must not take more memory than one of a few waves. */
 static void test_media_are_forgotten_between_waves(void **state)
 {
-    (void)state;
     enum { EDGE = 64, BALLS = 64 };
     uint32_t index;
     struct builder *builder = builder_create();

@@ -1,20 +1,14 @@
 /* The figures of a run that the report works out, and the report as JSON. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/text_file.h"
 #include "test/report_fixture.h"
+#include "test/unit.h"
 
 static void test_balance(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[3];
     struct report report = sample_report(renderers, 3);
     struct balance balance = report_balance(&report);
@@ -39,7 +33,6 @@ static void test_balance(void **state)
 
 static void test_json(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     char *text = report_json(&report);
@@ -100,7 +93,6 @@ static struct renderer_stats distinct_stats(uint32_t i)
 /* Every number is under its own name: in this report none is like another, or twice as large. */
 static void test_json_whole(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[] = {distinct_stats(0), distinct_stats(1), distinct_stats(2)};
     struct error_row rows[] = {
         {0.51, 4, {0.021, 0.019, 0.023}, 0.037, 0.6}, /* above the interval, though not by much */
@@ -161,7 +153,6 @@ static void test_json_whole(void **state)
  * written as null. */
 static void test_bad_samples(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[3];
     struct report report = sample_report(renderers, 3);
     assert_null(report_bad_samples(&report));
@@ -190,7 +181,6 @@ static void test_bad_samples(void **state)
 /* A tile that two renderers have rendered counts as work of both, but once for the picture. */
 static void test_twice(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     const struct bad_sample bad = {.x = 3, .y = 1};
@@ -208,7 +198,6 @@ static void test_twice(void **state)
 /* What an earlier run has counted belongs to the picture, not to this run's work. */
 static void test_resumed(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     const struct bad_sample early = {.x = 3, .y = 1}, late = {.x = 1, .y = 7};
@@ -240,7 +229,6 @@ static void test_resumed(void **state)
 /* Each feature is named once: used, or left out. */
 static void test_json_features(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[1];
     struct report report = sample_report(renderers, 1);
     char *text = report_json(&report), *left_out = strstr(text, "\"left_out\"");
@@ -257,7 +245,6 @@ static void test_json_features(void **state)
 
 static void test_json_without_numbers(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     renderers[1].counts.truncation = HUGE_VAL;
@@ -275,7 +262,6 @@ static void test_json_without_numbers(void **state)
 /* What a run did not have is null, or is not there. */
 static void test_json_without_extras(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[1];
     struct report report = sample_report(renderers, 1);
     report.has_reference = false;

@@ -1,15 +1,10 @@
 /* What the table of the report says about the sampling error, and about what a lower one would take. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "test/report_fixture.h"
+#include "test/unit.h"
 
 /* The last row of a run's error log. */
 static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
@@ -31,7 +26,6 @@ static void begin(void)
 /* A lower error is beyond max_samples. */
 static void test_table_beyond(void **state)
 {
-    (void)state;
     begin();
     report.forecast =
         (struct error_forecast){.rmse = 0.000098, .goal = 0.000049123, .beyond = true};
@@ -56,7 +50,6 @@ static void test_table_beyond(void **state)
 /* Nothing is known of what a lower error would take; and what has ended the run. */
 static void test_table_ended(void **state)
 {
-    (void)state;
     begin();
     report.forecast = (struct error_forecast){.known = false};
     report.ended = ENDED_BY_TARGET;
@@ -79,7 +72,6 @@ static void test_table_ended(void **state)
 /* The samples per pixel of an adaptive run, and what is missing of its last pass. */
 static void test_table_cut_off(void **state)
 {
-    (void)state;
     begin();
     report.ended = ENDED_BY_TIME;
     assert_table_lacks(&report, 80, "samples per pixel"); /* sampling was uniform */
@@ -101,7 +93,6 @@ static void test_table_cut_off(void **state)
 /* A slope too steep for any sampling is not shown in the table, but is in the JSON. */
 static void test_table_steep_forecast(void **state)
 {
-    (void)state;
     begin();
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06, 0};
@@ -114,7 +105,6 @@ static void test_table_steep_forecast(void **state)
 /* Where the error may as well not go down, the interval of a forecast has no upper end, and says so in words. */
 static void test_table_forecast_without_an_end(void **state)
 {
-    (void)state;
     begin();
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 0.5, 0.6, 64, 0.06, 0};
@@ -127,7 +117,6 @@ static void test_table_forecast_without_an_end(void **state)
 /* The sampling error, and what a lower one would take. */
 static void test_table_error(void **state)
 {
-    (void)state;
     begin();
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0, 0};
     assert_table_has(&report, 80,
@@ -153,7 +142,6 @@ static void test_table_error(void **state)
 /* An interval does not read like a single figure. */
 static void test_table_narrow_interval(void **state)
 {
-    (void)state;
     begin();
     row.estimate = (struct error_estimate){0.001121, 0.001109, 0.001134};
     assert_table_has(&report, 80, "\nsampling error: RMSE 0.00112 (0.00111 to 0.00113) after");
@@ -170,7 +158,6 @@ static void test_table_narrow_interval(void **state)
 /* What is said of the error is not said of samples that are not finite. */
 static void test_table_not_finite(void **state)
 {
-    (void)state;
     begin();
     report.target = 0.001;
     report.ended = ENDED_BY_TARGET;
@@ -184,7 +171,6 @@ static void test_table_not_finite(void **state)
 /* Seconds of an earlier run count like those of this one. */
 static void test_table_error_of_two_runs(void **state)
 {
-    (void)state;
     begin();
     report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0, 0};
     row.true_rmse = 0.00009;
@@ -201,7 +187,6 @@ static void test_table_error_of_two_runs(void **state)
 /* Where only a part of the pixels has samples. */
 static void test_table_error_of_a_part(void **state)
 {
-    (void)state;
     begin();
     row.sampled_share = 0.00095;
     assert_table_has(&report, 80,
@@ -239,7 +224,6 @@ static void test_table_error_of_a_part(void **state)
 /* Without an estimate: the error against a reference, or that it is unknown with one sample a pixel. */
 static void test_table_truth(void **state)
 {
-    (void)state;
     begin();
     errors = (struct error_log){0};
     report.has_reference = true;

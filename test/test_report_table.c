@@ -1,16 +1,11 @@
 /* The report as a table: where the time went, what each renderer did, and how the table fits into a terminal. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "test/report_fixture.h"
+#include "test/unit.h"
 
 /* Renderer 0 has half of the pixels that it would have, renderer 1 the others; renderer 2 is busy half as long. */
 static struct report uneven_report(struct renderer_stats renderers[4])
@@ -24,7 +19,6 @@ static struct report uneven_report(struct renderer_stats renderers[4])
 
 static void test_table(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
     char *text = table_text(&report, 80);
@@ -54,7 +48,6 @@ static void test_table(void **state)
 /* All renderers wait while a pass is planned. Planning has no more time than renderers have waited. */
 static void test_table_planning(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
     assert_table_lacks(&report, 80, "planning");
@@ -71,7 +64,6 @@ static void test_table_planning(void **state)
 /* What has a row of its own is not counted under `other`, too. */
 static void test_table_other(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
     report.time.total = 8;
@@ -92,7 +84,6 @@ static void test_table_other(void **state)
 /* A journal from which nothing is read takes its time, too. */
 static void test_table_opening_journal(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
     report.time.total = 8;
@@ -105,7 +96,6 @@ static void test_table_opening_journal(void **state)
 
 static void test_table_cpu_imbalance(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[4];
     struct report report = uneven_report(renderers);
     renderers[3].cpu_s = 0;
@@ -138,7 +128,6 @@ static double sum_of_parts(const char *text)
 /* The pre-pass has a line of its own, and so has the time in which others had the core: they are not in the rest. */
 static void test_table_parts(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     for (int i = 0; i < 2; i++) {
@@ -178,7 +167,6 @@ static void test_table_parts(void **state)
 /* More renderers than cores are no faster than the cores. With a single renderer no imbalance is shown. */
 static void test_table_cores(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[8];
     struct report report = sample_report(renderers, 8);
     assert_table_lacks(&report, 80, " core");
@@ -204,7 +192,6 @@ static void test_table_cores(void **state)
 /* If an earlier run has finished the whole picture, there is nothing to say of the renderers. */
 static void test_table_nothing_rendered(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2] = {0};
     struct report report = sample_report(renderers, 0);
     report.renderer_count = 2;
@@ -224,7 +211,6 @@ static void test_table_nothing_rendered(void **state)
 /* In a narrow terminal the column of pixels is the first to be left out: a share and its bar say more. */
 static void test_table_narrow(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     char *text = table_text(&report, 50);
@@ -240,7 +226,6 @@ static void test_table_narrow(void **state)
 /* Clipped pixels, which a PNG cannot show, are mentioned where there are any. */
 static void test_table_clipped(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[1];
     struct report report = sample_report(renderers, 1);
     assert_table_lacks(&report, 80, "clipped");
@@ -253,7 +238,6 @@ static void test_table_clipped(void **state)
 /* What truncated paths may add to a pixel at most is shown where it is not 0. */
 static void test_table_truncation(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[1];
     static const struct {
         double most;
@@ -291,7 +275,6 @@ enum { RANKS = 100 };
 
 static void test_table_fits(void **state)
 {
-    (void)state;
     static struct renderer_stats renderers[RANKS];
     for (int count = 0; count <= RANKS; count = 2 * count + 1) {
         struct report report = sample_report(renderers, count);
@@ -306,7 +289,6 @@ static void test_table_fits(void **state)
 
 static void test_table_extremes(void **state)
 {
-    (void)state;
     struct renderer_stats renderers[1];
     struct report report = sample_report(renderers, 1);
     renderers[0].busy_s = renderers[0].wait_s = report.time.total = report.time.render = 1e7;
@@ -330,7 +312,6 @@ static void test_table_extremes(void **state)
 
 static void test_table_of_many(void **state)
 {
-    (void)state;
     static struct renderer_stats renderers[RANKS];
     struct report report = sample_report(renderers, RANKS);
     strcpy(renderers[7].host, "other");
@@ -352,7 +333,6 @@ static void test_table_of_many(void **state)
 /* Of a few ranks all are shown, in their order. */
 static void test_table_of_some(void **state)
 {
-    (void)state;
     enum { SOME = 16 };
     struct renderer_stats renderers[SOME];
     struct report report = sample_report(renderers, SOME);

@@ -64,7 +64,6 @@ static void check_ray(const struct scene *scene, const struct bvh *bvh,
 
 static void test_tells_the_truth(void **state)
 {
-    (void)state;
     uint64_t random = 1;
     struct told told = {0};
     for (int i = 0; i < SCENES; i++) {
@@ -104,7 +103,6 @@ static struct scene *make_stack(uint64_t *random)
 /* Rays that end just before a triangle, by less than its vertices are rounded, are not said to cross it. */
 static void test_rays_end_before_triangles(void **state)
 {
-    (void)state;
     uint64_t random = 2;
     struct told told = {0};
     for (unsigned i = 0; i < 100; i++) {
@@ -129,7 +127,6 @@ static void test_rays_end_before_triangles(void **state)
 /* Nothing is decided if places have no meaning, or the leaf is too far away or aside. */
 static void test_leaves_open(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
     add_triangle(builder, vec3(-1, -1, 0), vec3(1, -1, 0), vec3(0, 1, 0), grey);

@@ -6,7 +6,6 @@ static const struct view many = {.width = 64, .height = 48, .min_samples = 2, .m
 /* The first 2^m samples of each half: one in each of the 2^m rectangles of every shape. */
 static void test_one_in_each_rectangle(void **state)
 {
-    (void)state;
     for (uint32_t half = 0; half < 2; half++) {
         for (uint32_t m = 0; m <= 10; m++) {
             for (uint32_t wide = 0; wide <= m; wide++) {
@@ -28,7 +27,6 @@ static void test_one_in_each_rectangle(void **state)
 
 static void test_single_sample_is_central(void **state)
 {
-    (void)state;
     struct view one = many;
     one.min_samples = one.max_samples = 1;
     double at[2];
@@ -43,7 +41,6 @@ static void test_single_sample_is_central(void **state)
  */
 static void test_halves_and_pixels_are_independent(void **state)
 {
-    (void)state;
     enum { EDGE = 300, COUNT = EDGE * EDGE };
     const double few = 5 / (12 * sqrt(COUNT));
     for (uint32_t sample = 0; sample < 6; sample += 2) {
@@ -90,7 +87,6 @@ static double area_below(uint32_t pixel)
 /* At an edge the error goes down as n^-3/4, and the halves estimate it correctly. */
 static void test_error_at_edges(void **state)
 {
-    (void)state;
     enum { PIXELS = 4000 };
     double before = 0;
     for (uint32_t samples = 16; samples <= 256; samples *= 16) {

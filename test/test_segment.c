@@ -14,7 +14,6 @@
 /* The hash depends on everything that processes must have in common. */
 static void test_realm(void **state)
 {
-    (void)state;
     const struct segment_realm here = {
         .machine = "a", .user = 1, .ids = 2, .users = 3, .memory = 4};
     struct segment_realm others[] = {here, here, here, here, here};
@@ -32,7 +31,6 @@ static void test_realm(void **state)
 /* A process that is not dumpable cannot be opened by others, so that it has no reach. */
 static void test_reach(void **state)
 {
-    (void)state;
     uint64_t realm = segment_own_realm();
     assert_true(realm != 0);
     assert_true(segment_own_realm() == realm);
@@ -63,7 +61,6 @@ static bool answers(struct segment_address address, char mark)
 
 static void test_shared(void **state)
 {
-    (void)state;
     struct segment_address address = segment_make(), other_address = segment_make();
     assert_true(fcntl(address.file, F_GETFD) & FD_CLOEXEC);
     char *segment = segment_extend(address, BYTES), *other = segment_extend(other_address, BYTES);
@@ -95,7 +92,6 @@ static int next_file(void)
 /* A segment stays mapped without a descriptor, of which a process may have few. */
 static void test_no_file_is_left_open(void **state)
 {
-    (void)state;
     size_t bytes;
     struct segment_address address = segment_make();
     int next = next_file();
@@ -124,7 +120,6 @@ static void extend_one(void *state)
 /* If no more files may be opened, no segment is made. */
 static void test_none(void **state)
 {
-    (void)state;
     struct rlimit limit, none;
     assert_int_equal(getrlimit(RLIMIT_NOFILE, &limit), 0);
     none = (struct rlimit){0, limit.rlim_max};
@@ -138,7 +133,6 @@ static void test_none(void **state)
 /* A size that no machine has, and a segment that does not exist. */
 static void test_refused(void **state)
 {
-    (void)state;
     char expected[256];
     struct segment_address address = segment_make();
     assert_fatal(extend_one, &address,

@@ -1,15 +1,10 @@
 /* Tests of the table of settings: defaults, values, ranges, and printing values. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/settings.h"
+#include "test/unit.h"
 
 static const struct key *key_of(const char *section, const char *name)
 {
@@ -49,7 +44,6 @@ static void check_bad(const char *section, const char *name, const char *text)
 /* A word of a vector may have up to 511 characters: there is no room for longer ones. */
 static void test_long_words(void **state)
 {
-    (void)state;
     char text[600], word[513];
     memset(word, '0', sizeof word);
     word[512] = '\0';
@@ -61,7 +55,6 @@ static void test_long_words(void **state)
 
 static void test_defaults(void **state)
 {
-    (void)state;
     struct settings s;
     settings_init(&s);
     assert_int_equal(s.image.width, 640);
@@ -90,7 +83,6 @@ static void test_defaults(void **state)
 
 static void test_values(void **state)
 {
-    (void)state;
     check_good("image", "width", "65535", "65535");
     check_bad("image", "width", "0");
     check_bad("image", "width", "65536");
@@ -137,7 +129,6 @@ static void test_values(void **state)
 
 static void test_color_sets_both_ends(void **state)
 {
-    (void)state;
     struct settings s;
     settings_init(&s);
     assert_true(key_parse(key_of("background", "color"), "0.1 0.2 0.3", &s));
@@ -147,7 +138,6 @@ static void test_color_sets_both_ends(void **state)
 
 static void test_expectations(void **state)
 {
-    (void)state;
     static const struct {
         const char *section, *name, *text;
     } cases[] = {
@@ -167,7 +157,6 @@ static void test_expectations(void **state)
 
 static void test_schedule_names(void **state)
 {
-    (void)state;
     assert_string_equal(schedule_names[SCHEDULE_DYNAMIC], "dynamic");
     assert_string_equal(schedule_names[SCHEDULE_STRIPS], "strips");
     assert_string_equal(schedule_names[SCHEDULE_CYCLIC], "cyclic");

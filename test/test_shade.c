@@ -1,12 +1,7 @@
 /* Tests of Phong's model, reflection and refraction with values computed by hand. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/random.h"
+#include "test/unit.h"
 #include "worker/shade.h"
 
 static const struct material plain = {.color = {0.5, 0.25, 1},
@@ -42,7 +37,6 @@ static void assert_vec_near(struct vec3 value, double x, double y, double z)
 /* Light from straight above: cos a = 1, cos b = cos 45 degrees, so cos^2 b = 1/2. */
 static void test_phong_terms(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct light light = {.position = {0, 5, 0}, .color = {1, 1, 0.5}};
     struct vec3 to_light;
@@ -56,7 +50,6 @@ static void test_phong_terms(void **state)
 /* In the mirror direction cos b = 1 whatever the exponent. */
 static void test_highlight_peak(void **state)
 {
-    (void)state;
     struct material shiny = plain;
     shiny.shininess = 1000;
     struct shading_point at = point_on_floor(&shiny);
@@ -68,7 +61,6 @@ static void test_highlight_peak(void **state)
 
 static void test_light_below_does_not_reach(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 to_light;
     assert_false(light_faces(&at, &(struct light){.position = {0, -1, 0}}, &to_light));
@@ -78,7 +70,6 @@ static void test_light_below_does_not_reach(void **state)
 
 static void test_normals_turn_to_the_viewer(void **state)
 {
-    (void)state;
     struct block {
         struct scene scene;
         struct material material;
@@ -94,7 +85,6 @@ static void test_normals_turn_to_the_viewer(void **state)
 
 static void test_mirror(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     assert_vec_near(reflect(&at), sqrt(0.5), sqrt(0.5), 0);
     /* If an interpolated normal would reflect the ray into the floor, the geometric one is used. */
@@ -105,7 +95,6 @@ static void test_mirror(void **state)
 
 static void test_snell(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 direction;
     assert_true(refract(&at, 1, 1.5, &direction));
@@ -120,7 +109,6 @@ static void test_snell(void **state)
 
 static void test_equal_media_bend_nothing(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 direction;
     assert_true(refract(&at, 1.5, 1.5, &direction));
@@ -130,7 +118,6 @@ static void test_equal_media_bend_nothing(void **state)
 /* The paper's formulas give the same in ordinary cases; at a huge exponent they do not. */
 static void test_paper_formulas(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain), paper = at;
     paper.formulas = FORMULAS_PAPER;
     struct vec3 to_light = {2, 3, 1}, one = {1, 1, 1}, refracted, expected;
@@ -151,7 +138,6 @@ static void test_paper_formulas(void **state)
 /* Catalogue 33: a light at the point itself does not light it; a light next to it does. */
 static void test_light_at_the_point(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 to_light, one = {1, 1, 1};
     assert_false(light_faces(&at, &(struct light){.position = at.point}, &to_light));
@@ -168,7 +154,6 @@ static void test_light_at_the_point(void **state)
 /* Catalogue 47: light scaled by a power of two scales the colour bit for bit. */
 static void test_light_scales(void **state)
 {
-    (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 strength = {0.3, 0.7, 1.1}, to_light = {0.4, 0.9, -0.2};
     struct vec3 color = shade_light(&at, to_light, strength);
@@ -181,7 +166,6 @@ static void test_light_scales(void **state)
 
 static void test_background_gradient(void **state)
 {
-    (void)state;
     struct view view = {
         .background_bottom = {1, 0, 0}, .background_top = {0, 0, 1}, .background_up = {0, 1, 0}};
     assert_vec_near(background(&view, vec3(0, 1, 0)), 0, 0, 1);
@@ -199,7 +183,6 @@ static struct vec3 random_unit(uint64_t *random)
  * next to 90 degrees may be rounded below 0 then. */
 static void test_no_light_is_negative(void **state)
 {
-    (void)state;
     uint64_t random = 5;
     unsigned facing = 0;
     struct material matt = plain;
@@ -220,7 +203,6 @@ static void test_no_light_is_negative(void **state)
 /* Straight up and down, where the product of two unit vectors may be rounded beyond 1. */
 static void test_background_is_not_negative(void **state)
 {
-    (void)state;
     uint64_t random = 6;
     for (int i = 0; i < 1000; i++) {
         struct vec3 up = random_unit(&random);

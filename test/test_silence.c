@@ -1,18 +1,12 @@
 /* Renderers from which nothing has come for a while: when they are asked for a sign of life, and when they are given
  * up. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/master_fixture.h"
+#include "test/unit.h"
 
 /* All renderers are looked at now and then only, not in each turn of the loop. */
 static void test_who_is_silent(void **state)
 {
-    (void)state;
     const struct queue_config config = {
         .width = 64, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
     struct farm *farm = farm_open(&config);
@@ -34,7 +28,6 @@ static void test_who_is_silent(void **state)
 /* A renderer that has answered, and falls silent again, is asked again before it is given up. */
 static void test_who_is_asked_again(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
     contact->is_ready = true;
@@ -52,7 +45,6 @@ static void test_who_is_asked_again(void **state)
 /* While rank 0 itself was stopped nobody could be heard: it gives up nobody for that. */
 static void test_stopped_master(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     farm->server.woken_at = clock_wall() - 1000;
     look_for_silence(&farm->server);
@@ -63,7 +55,6 @@ static void test_stopped_master(void **state)
 /* A renderer that was told to stop, or has left, is neither asked nor given up. */
 static void test_who_leaves(void **state)
 {
-    (void)state;
     for (int gone = 0; gone <= 1; gone++) {
         struct farm *farm = farm_open(&small_tiles);
         struct contact *contact = &farm->contacts[1];
@@ -80,7 +71,6 @@ static void test_who_leaves(void **state)
 /* A renderer that has not reported for work may still be building its BVH, and has longer. */
 static void test_who_has_not_started(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
     farm->service.start_patience = 300;
@@ -98,7 +88,6 @@ static void test_who_has_not_started(void **state)
 /* However short the patience is, a renderer that is asked for a sign of life has time to answer. */
 static void test_who_is_asked(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
     farm->service.patience = 0.5;
@@ -117,7 +106,6 @@ static void test_who_is_asked(void **state)
 /* The run is deserted when all renderers are silent, not when one is, and never while rank 0 renders itself. */
 static void test_who_is_left(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     for (unsigned silent = 0; silent < 4; silent++) {
         for (uint32_t i = 0; i < RENDERERS; i++)

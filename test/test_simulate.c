@@ -1,20 +1,15 @@
 /* Tests of the simulated farm of bench/balance_sim.c in cases whose result is known. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "bench/balance_sim.h"
 #include "bench/balance_trace.h"
 #include "common/message.h"
 #include "test/fatal.h"
 #include "test/near.h"
+#include "test/unit.h"
 
 enum { WIDTH = 64, HEIGHT = 64 };
 
@@ -65,7 +60,6 @@ static const double all_s = WIDTH * HEIGHT * PIXEL_S;
 /* One renderer takes as long as its work. The fixed cost of a tile is that of the cheapest pixel. */
 static void test_serial(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(1);
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
@@ -80,7 +74,6 @@ static void test_serial(void **state)
 
 static void test_equal_shares(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(4);
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
@@ -95,7 +88,6 @@ static void test_equal_shares(void **state)
 /* Renderers that share cores take as long as the cores do. */
 static void test_shared_cores(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(8);
     machine.cores = 2;
     machine.slice_s = 1e-5;
@@ -116,7 +108,6 @@ static void test_shared_cores(void **state)
 /* A renderer that starts late finds less work. */
 static void test_starts(void **state)
 {
-    (void)state;
     const double starts[] = {0, all_s / 2};
     struct machine machine = machine_of(2);
     machine.starts = starts;
@@ -129,7 +120,6 @@ static void test_starts(void **state)
 /* Polling for messages takes a part of one core, and the work beside each tile takes some time. */
 static void test_beside_tiles(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(2);
     machine.cores = 1;
     machine.slice_s = 1e-4;
@@ -176,7 +166,6 @@ static void write_trace(const char *path)
 
 static void test_run_costs(void **state)
 {
-    (void)state;
     char path[] = "/tmp/test_simulate_XXXXXX";
     int descriptor = mkstemp(path);
     assert_true(descriptor >= 0);
@@ -219,7 +208,6 @@ static void test_run_costs(void **state)
 /* With strips the run waits for the slow renderer; with tiles on request it does not. */
 static void test_speeds(void **state)
 {
-    (void)state;
     const double speeds[] = {1, 0.25, 1, 1};
     struct machine machine = machine_of(4);
     machine.speeds = speeds;
@@ -234,7 +222,6 @@ static void test_speeds(void **state)
 /* A strip is sent as one tile: to the renderer, and back to a slow master. */
 static void test_messages(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(2);
     struct sim_outcome plain = run(SCHEDULE_STRIPS, &machine);
     machine.messages.latency_s = 0.01;
@@ -251,7 +238,6 @@ static void test_messages(void **state)
 /* On one machine results are passed in trays, at the cost of these, unless they are too long for a slot. */
 static void test_trays(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(2);
     machine.rings = true;
     machine.messages.tray_s = 1e-5;
@@ -272,7 +258,6 @@ static void test_trays(void **state)
  * the master would not know the tile any more. */
 static void test_told_in_order(void **state)
 {
-    (void)state;
     double speeds[8] = {1, 0.02, 1, 1, 1, 1, 1, 1};
     struct machine machine = machine_of(8);
     machine.rings = true;
@@ -291,7 +276,6 @@ static void test_told_in_order(void **state)
  * late what others have done in their place. */
 static void test_in_vain(void **state)
 {
-    (void)state;
     double speeds[8] = {1, 1, 1, 1, 1, 1, 1, 1}, work = 0;
     struct machine machine = machine_of(8);
     machine.speeds = speeds;
@@ -310,7 +294,6 @@ static void test_in_vain(void **state)
 /* A sleeping process sees a message at the end of its nap, of 5, 10, 20 ... us plus the lateness of each wake-up. */
 static void test_naps(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(2);
     struct sim_outcome spinning = run(SCHEDULE_TILES, &machine);
     machine.messages.nap_s = 1e-4;
@@ -330,7 +313,6 @@ static void test_naps(void **state)
 /* A node of four cores behind one rank does the work of four renderers. */
 static void test_nodes(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(2);
     machine.node_cores = 4;
     machine.master_renders = false;
@@ -343,7 +325,6 @@ static void test_nodes(void **state)
 /* Twice the width and height with half of the samples: four times the pixels, at half of the cost each. */
 static void test_scaled_costs(void **state)
 {
-    (void)state;
     struct tile_costs map = even_costs();
     struct picture_costs costs = {.map = &map, .single = &map, .scale = 2, .samples = 1, .top = 16};
     assert_int_equal(costs_width(&costs), 2 * WIDTH);
@@ -360,7 +341,6 @@ static void test_scaled_costs(void **state)
 
 static void test_apart(void **state)
 {
-    (void)state;
     struct machine machine = machine_of(4);
     struct tile_costs map = even_costs();
     struct picture_costs costs = {.map = &map, .single = &map, .scale = 1, .samples = 1};
@@ -395,7 +375,6 @@ static void read_torn(void *path)
 /* The costs are measured for the requested numbers of renderers, and kept with the others. */
 static void test_apart_is_kept(void **state)
 {
-    (void)state;
     char folder[] = "/tmp/test_simulate_XXXXXX", said[128];
     assert_non_null(mkdtemp(folder));
     char *path = format_text("%s/costs", folder);

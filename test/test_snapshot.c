@@ -1,20 +1,15 @@
 /* Tests of snapshots: a failure is reported once, and rendering goes on. */
 #include <errno.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/message.h"
 #include "master/snapshot.h"
+#include "test/unit.h"
 
 static bool no_threads;
 
@@ -71,7 +66,6 @@ static void take_three(struct snapshot *snapshot, char *said, size_t size)
 
 static void test_unwritable(void **state)
 {
-    (void)state;
     char said[1024];
     struct snapshot snapshot = {.path = "/proc/none/a.png", .seconds = 0.5};
     take_three(&snapshot, said, sizeof said);
@@ -85,7 +79,6 @@ static void test_unwritable(void **state)
 
 static void test_no_thread(void **state)
 {
-    (void)state;
     char said[1024];
     struct snapshot snapshot = {.path = "never.png", .seconds = 0.5};
     no_threads = true;
@@ -99,7 +92,6 @@ static void test_no_thread(void **state)
 /* If snapshots take long, they are taken less often. */
 static void test_taking_long(void **state)
 {
-    (void)state;
     char said[1024];
     struct canvas canvas;
     struct snapshot snapshot = {.path = "never.png", .seconds = 0.5};
@@ -140,7 +132,6 @@ static void assert_file(const char *path, float first, float last)
  * other one is begun; after the end none is, either. */
 static void test_slow_disk(void **state)
 {
-    (void)state;
     char path[64];
     struct canvas canvas;
     snprintf(path, sizeof path, "/tmp/farm-test-%ld.pfm", (long)getpid());

@@ -310,7 +310,6 @@ static struct counts check_many(unsigned count, double spread, bool spheres)
 /* Half of the rays aim at the side itself; for ordinary solids few of them stay undecided. */
 static void test_cone_lanes(void **state)
 {
-    (void)state;
     struct counts near = check_many(20000, 1, false);
     assert_true(near.missed > 2000 && near.decided > 2000 && near.open < 6000);
     check_many(20000, 8, false);
@@ -319,7 +318,6 @@ static void test_cone_lanes(void **state)
 
 static void test_sphere_lanes(void **state)
 {
-    (void)state;
     struct counts near = check_many(20000, 1, true);
     assert_true(near.missed > 2000 && near.decided > 2000 && near.open < 2000);
     check_many(20000, 8, true);
@@ -396,7 +394,6 @@ static struct counts check_ways_out(double far, int exponent, int speed)
 
 static void test_ways_out(void **state)
 {
-    (void)state;
     struct counts near = check_ways_out(1, 0, 0);
     assert_true(near.missed > 3000 && near.decided > 3000 && near.open < 1000);
     struct counts far = check_ways_out(1e6, 0, 0);

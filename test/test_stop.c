@@ -1,17 +1,12 @@
 /* Tests of signals: the first one is noted, a second one of any kind ends the program. */
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "common/clock.h"
 #include "master/stop.h"
+#include "test/unit.h"
 
 /* The status, as from waitpid(), of a process that gets both signals while it renders, the second one after `pause`
  * microseconds. It exits with 7 if it has noted the first one alone. */
@@ -38,7 +33,6 @@ static const int kinds[] = {SIGINT, SIGTERM, SIGUSR1};
 /* As somebody knows them who sends them. */
 static void test_names(void **state)
 {
-    (void)state;
     assert_string_equal(signal_name(SIGINT), "Ctrl-C (SIGINT)");
     assert_string_equal(signal_name(SIGTERM), "SIGTERM");
     assert_string_equal(signal_name(SIGUSR1), "SIGUSR1");
@@ -46,7 +40,6 @@ static void test_names(void **state)
 
 static void test_second_ends(void **state)
 {
-    (void)state;
     for (int i = 0; i < 9; i++) {
         int status = end_after(kinds[i / 3], kinds[i % 3], 200000);
         assert_true(WIFSIGNALED(status));
@@ -57,7 +50,6 @@ static void test_second_ends(void **state)
 /* A signal that is sent to the process and to its group counts once. */
 static void test_same_twice(void **state)
 {
-    (void)state;
     for (int i = 0; i < 3; i++) {
         int status = end_after(kinds[i], kinds[i], 0);
         assert_true(WIFEXITED(status));
@@ -69,7 +61,6 @@ static void test_same_twice(void **state)
  * signal. */
 static void test_goes_on(void **state)
 {
-    (void)state;
     const int others[] = {SIGHUP, SIGPIPE, SIGXFSZ};
     for (int i = 0; i < 3; i++) {
         int status = end_after(others[i], SIGTERM, 0);
@@ -81,7 +72,6 @@ static void test_goes_on(void **state)
 /* Signals that come while ranks leave do not change the status, as everything is done. */
 static void test_too_late(void **state)
 {
-    (void)state;
     for (int i = 0; i < 3; i++) {
         int status = 0;
         pid_t child = fork();
@@ -102,7 +92,6 @@ static void test_too_late(void **state)
 /* What came while MPI started is the first signal of a run. */
 static void test_held(void **state)
 {
-    (void)state;
     int status = 0;
     pid_t child = fork();
     assert_true(child >= 0);
@@ -130,7 +119,6 @@ static double see_off(pid_t process)
 /* Nobody waits for a rank that has exited, or for the one that waits. */
 static void test_seen_off_at_once(void **state)
 {
-    (void)state;
     siginfo_t info;
     pid_t child = fork();
     assert_true(child >= 0);
@@ -146,7 +134,6 @@ static void test_seen_off_at_once(void **state)
  * rank that is gone, is left alone. */
 static void test_see_off_stopped(void **state)
 {
-    (void)state;
     for (int other = 0; other <= 1; other++) {
         int status;
         pid_t child = fork();

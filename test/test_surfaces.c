@@ -16,7 +16,6 @@ static struct surface surface_of(const struct scene *scene, const struct ray *ra
 
 static void test_surface_of_solids(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     uint32_t material = add_material(builder, vec3(1, 1, 1), 0);
@@ -61,7 +60,6 @@ static struct scene *one_patch(struct vec3 second_normal)
 
 static void test_surface_of_patch(void **state)
 {
-    (void)state;
     struct ray ray = ray_along(vec3(2, 0.5, 3), vec3(0, 0, -1)); /* weights 3/8, 1/2, 1/8 */
     struct scene *scene = one_patch(vec3(1, 0, 0));
     struct surface surface = surface_of(scene, &ray);
@@ -77,7 +75,6 @@ static void test_surface_of_patch(void **state)
 /* The point of a hit from far away lies on the surface, more accurately than the distance is known. */
 static void test_surface_from_far_away(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     add_triangle(builder, vec3(0, 0, 1), vec3(1, 0, 0), vec3(0, 1, 0), 0);
@@ -98,7 +95,6 @@ static void test_surface_from_far_away(void **state)
 /* For a ground sphere of the size of a planet, the point is more accurate if computed from the eye. */
 static void test_surface_of_ground_sphere(void **state)
 {
-    (void)state;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
     add_sphere(builder, vec3(0, -1e9, 0), 1e9, 0);
@@ -124,7 +120,6 @@ static struct scene *one_triangle(const struct vec3 corners[3], int exponent)
 /* A triangle that is larger than the way to it has a point with the same bits at any scale. */
 static void test_surface_of_scaled_triangle(void **state)
 {
-    (void)state;
     static const int exponents[] = {-900, -500, -360, 400, 900};
     uint64_t random = 1;
     for (int i = 0; i < 1000; i++) {
@@ -163,7 +158,6 @@ static struct ray going_on(const struct scene *scene, const struct ray *ray, con
 /* A ray through the common edge of two triangles, at any angle between them, is one passage. */
 static void test_one_passage_at_an_edge(void **state)
 {
-    (void)state;
     uint64_t random = 17;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 1);
@@ -191,7 +185,6 @@ static void test_one_passage_at_an_edge(void **state)
  * nevertheless. */
 static void test_edge_of_a_far_box(void **state)
 {
-    (void)state;
     const struct vec3 min = {0x1p40 + 2, -4, -3}, max = {0x1p40 + 3, -2, -1};
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);
@@ -216,7 +209,6 @@ static void test_edge_of_a_far_box(void **state)
  * from the floor nothing but the box's way out. */
 static void test_box_on_a_floor(void **state)
 {
-    (void)state;
     uint64_t random = 18;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 1);
@@ -251,7 +243,6 @@ static void test_box_on_a_floor(void **state)
 /* Surfaces closer to each other than the rounding of distances have their exact order. */
 static void test_order_of_near_surfaces(void **state)
 {
-    (void)state;
     uint64_t random = 19;
     struct builder *builder = builder_create();
     add_material(builder, vec3(1, 1, 1), 0);

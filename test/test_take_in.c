@@ -1,25 +1,19 @@
 /* What the master makes of the messages and trays of a renderer on another rank: valid ones are counted, others end the
  * run. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "master/queue_parts.h"
 #include "test/fatal.h"
 #include "test/master_fixture.h"
+#include "test/unit.h"
 
 /* The master itself counts what a renderer has brought into the picture: so much is known even if it leaves without a
  * word. */
 static void test_answers_are_counted(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     const struct renderer_stats *stats = &farm->stats[1];
     struct tile tile;
@@ -50,7 +44,6 @@ static void test_answers_are_counted(void **state)
  * time limit it has ended already. */
 static void test_times_of_the_phase(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct tile tile;
     hand_out(&farm->server, 1);
@@ -71,7 +64,6 @@ static void test_times_of_the_phase(void **state)
  * may come when it is back already. */
 static void test_what_is_not_finished(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct tile tile, back;
     fall_silent(farm);
@@ -100,7 +92,6 @@ static void test_what_is_not_finished(void **state)
  * as they may take over what it holds. */
 static void test_what_takes_long(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct queue *queue = farm->service.queue;
     struct tile tile;
@@ -143,7 +134,6 @@ static void leave_in_tray(struct farm *farm, uint32_t bytes)
 /* A result in the tray is taken in, and its slot is free again. */
 static void test_answer_in_a_tray(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct tray *tray = give_tray(farm);
     struct tile tile;
@@ -163,7 +153,6 @@ static void test_answer_in_a_tray(void **state)
  * finds nothing ends such a time. */
 static void test_waits_are_counted(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct tray *tray = give_tray(farm);
     struct tile tile;
@@ -205,7 +194,6 @@ static void say_goodbye(void *state)
 /* A PONG is a sign of life. A renderer that has sent its statistics at the end is gone, and does not come again. */
 static void test_goodbye(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
     farm->server.awake_s = 3;
@@ -221,7 +209,6 @@ static void test_goodbye(void **state)
 /* Nothing is left to do: that is the end, too. */
 static void test_goodbye_after_the_last_tile(void **state)
 {
-    (void)state;
     struct farm *farm = farm_open(&small_tiles);
     while (other_goes_on(farm))
         ;
@@ -233,7 +220,6 @@ static void test_goodbye_after_the_last_tile(void **state)
 /* Probes are no part of the picture: they cost time, and that is all. */
 static void test_probes_are_not_counted(void **state)
 {
-    (void)state;
     struct queue_config config = small_tiles;
     config.probe_edge = 4;
     struct farm *farm = farm_open(&config);
@@ -319,7 +305,6 @@ static void try_wrong(void *state)
 /* Messages that make no sense end the run, with a line that says so. */
 static void test_wrong_messages(void **state)
 {
-    (void)state;
     static const char *const said[] = {
         [RESULT_EMPTY] = "rank 1 sent a result that is not valid",
         [RESULT_OF_OTHERS] = "rank 1 sent a result for a tile that it was not asked for",
@@ -358,7 +343,6 @@ static void try_less(void *state)
 /* An answer must have exactly the pixels that the pass has asked for: else samples would go to the wrong pixels. */
 static void test_less_than_asked(void **state)
 {
-    (void)state;
     struct view view = {.min_samples = 4, .max_samples = 64};
     struct farm *farm = farm_open(&small_tiles);
     farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);

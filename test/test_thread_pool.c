@@ -1,16 +1,11 @@
 /* Tests of threads that run loops in parallel. */
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <time.h>
 
-#include <cmocka.h>
-
 #include "common/clock.h"
 #include "common/thread_pool.h"
+#include "test/unit.h"
 
 struct loop {
     uint32_t count;
@@ -39,7 +34,6 @@ static void check_loop(struct thread_pool *pool, uint32_t count)
 
 static void test_loops(void **state)
 {
-    (void)state;
     const uint32_t counts[] = {0, 1, 2, 3, 100, 5000};
     for (unsigned threads = 1; threads <= 9; threads += 2) {
         struct thread_pool *pool = thread_pool_create(threads);
@@ -51,7 +45,6 @@ static void test_loops(void **state)
 
 static void test_nobody(void **state)
 {
-    (void)state;
     check_loop(NULL, 7);
     thread_pool_destroy(thread_pool_create(4)); /* before they have done anything */
 }
@@ -78,7 +71,6 @@ static void burn(void *context, uint32_t iteration)
 
 static void test_cpu_time(void **state)
 {
-    (void)state;
     struct thread_pool *pool = thread_pool_create(2);
     assert_true(thread_pool_cpu_s(pool) == 0);
     double before = burned();
@@ -95,7 +87,6 @@ static void test_cpu_time(void **state)
 /* The caller is one of the threads. */
 static void test_sizes(void **state)
 {
-    (void)state;
     for (unsigned threads = 1; threads <= 5; threads++) {
         struct thread_pool *pool = thread_pool_create(threads);
         assert_int_equal(thread_pool_size(pool), threads);

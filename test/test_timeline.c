@@ -55,7 +55,6 @@ static unsigned count_of(const char *text, const char *part)
  * order in which they end. */
 static void test_trace(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}, {.rank = 2, .host = "b\"\\"}};
     add(&timeline, TIMELINE_PROBES, 1, square(0, 0, 32), 0, 0.125);
@@ -92,7 +91,6 @@ static void test_trace(void **state)
  * shown. */
 static void test_trace_of_passes(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}, {.rank = 2, .host = "b"}};
     struct tile again = square(0, 0, 8);
@@ -123,7 +121,6 @@ static void test_trace_of_passes(void **state)
 /* Rank 0 has waited, also for a plan, and then worked on a tile until the end; rank 1 has only waited. */
 static void test_trace_of_what_was_given_up(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {
         {.rank = 0, .host = "a", .busy_s = 0.5, .finish_s = 1},
@@ -149,7 +146,6 @@ static void test_trace_of_what_was_given_up(void **state)
 /* What rank 0's serving takes is a counter, which is 0 from the end of rendering on. */
 static void test_trace_of_serving(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}};
     timeline_add_service(&timeline, &(struct timeline_service){0, 0.25, 0.0625});
@@ -170,7 +166,6 @@ static void test_trace_of_serving(void **state)
 /* However long a renderer says that it was busy, that bar does not cover those of its tiles. */
 static void test_trace_of_more_than_all(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 0, .host = "a", .busy_s = 2, .finish_s = 1}};
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.25);
@@ -183,7 +178,6 @@ static void test_trace_of_more_than_all(void **state)
 /* A wasted tile that continues after the end of rendering is shown up to that end. */
 static void test_trace_ends_with_rendering(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 1, .host = "a", .busy_s = 1, .finish_s = 1}};
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.25);
@@ -198,7 +192,6 @@ static void test_trace_ends_with_rendering(void **state)
 
 static void test_trace_of_shares(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 0, .host = "a"}};
     struct tile tile = {.x = 4, .y = 8, .w = 5, .h = 3, .phase = 7, .step = 3};
@@ -212,7 +205,6 @@ static void test_trace_of_shares(void **state)
 
 static void test_heatmap_of_passes(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct timeline timeline = heated(8, 4, &canvas);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-6);
@@ -227,7 +219,6 @@ static void test_heatmap_of_passes(void **state)
 /* A renderer without tiles has waited all the time; a trace without any tiles is valid. */
 static void test_trace_of_nothing(void **state)
 {
-    (void)state;
     const struct timeline none = {0};
     const struct renderer_stats stats[] = {{.rank = 0, .host = "a"}};
     char *text = trace_of(&none, stats, 1, 2);
@@ -282,7 +273,6 @@ static double hue_of(struct perceived color)
 /* Heat is lightness, in even steps; hues go from violet over red to yellow. Both ends are grey. */
 static void test_heat_colors(void **state)
 {
-    (void)state;
     double last = 0.78;
     for (int step = 0; step <= 100; step++) {
         double heat = step / 100.0;
@@ -303,7 +293,6 @@ static void test_heat_colors(void **state)
 
 static void test_heatmap(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct timeline timeline = heated(16, 4, &canvas);
     double cost = 16e-6; /* of the cheapest tile: 1 us a pixel, then ten times as much each */
@@ -324,7 +313,6 @@ static void test_heatmap(void **state)
 /* Every second pixel of a band; the scale does not turn noise into a picture. */
 static void test_heatmap_of_cyclic_shares(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct timeline timeline = heated(3, 3, &canvas);
     for (uint32_t i = 0; i < 2; i++) {
@@ -343,7 +331,6 @@ static void test_heatmap_of_cyclic_shares(void **state)
 /* Pixels that cost next to nothing do not use up the colours of all others. */
 static void test_heatmap_of_extremes(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct timeline timeline = heated(8, 4, &canvas);
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-9);
@@ -357,7 +344,6 @@ static void test_heatmap_of_extremes(void **state)
 
 static void test_heatmap_of_nothing(void **state)
 {
-    (void)state;
     struct canvas canvas;
     struct timeline none = heated(2, 2, &canvas);
     struct heat_range range = timeline_heatmap(&none, canvas.height, &canvas);
@@ -371,7 +357,6 @@ static void test_heatmap_of_nothing(void **state)
 /* The colours of all 44 ranks differ in 8 bits per channel, and none is that of a pixel that is not rendered. */
 static void test_ranks(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     struct canvas canvas;
     enum { RANKS = 44 };
@@ -397,7 +382,6 @@ static void test_ranks(void **state)
 /* The legend has numbers of ranks, not of renderers: rank 0 may render nothing. */
 static void test_legend_names_ranks(void **state)
 {
-    (void)state;
     const struct timeline none = {0};
     enum { MOST = 12 * 100 * 200 };
     static char bytes[2][MOST];
@@ -451,7 +435,6 @@ static float white[1][3] = {{1, 1, 1}};
 /* A tile's upper and left edge are darker, so that tiles of one rank can be told apart. */
 static void test_outlines(void **state)
 {
-    (void)state;
     struct timeline timeline = {0};
     struct canvas canvas;
     canvas_init(&canvas, 16, 8);
@@ -468,7 +451,6 @@ static void test_outlines(void **state)
 /* Neither shares of every n-th pixel nor narrow tiles have outlines. */
 static void test_no_outlines(void **state)
 {
-    (void)state;
     const struct tile tiles[] = {{.w = 7, .h = 16, .step = 1},
                                  {.w = 16, .h = 7, .step = 1},
                                  {.w = 16, .h = 16, .step = 2},

@@ -1,14 +1,8 @@
 /* Tests of the slots of a tray, and of how the master handles what is in them. This file replaces MPI. */
 #include <mpi.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/clock.h"
 #include "common/message.h"
@@ -16,12 +10,12 @@
 #include "master/server.h"
 #include "test/arrivals_fixture.h"
 #include "test/mpi_done.h"
+#include "test/unit.h"
 
 /* ---- slots and arrivals ---- */
 
 static void test_slots(void **state)
 {
-    (void)state;
     struct tray tray;
     memset(&tray, 0xff, sizeof tray); /* what the memory held before */
     tray_init(&tray);
@@ -41,7 +35,6 @@ static void test_slots(void **state)
 /* The contents of two slots share no cache line. */
 static void test_slots_apart(void **state)
 {
-    (void)state;
     struct tray *tray = NULL;
     assert_int_equal(offsetof(struct tray, lot) % 64 + sizeof tray->lot[0] % 64, 0);
     assert_int_equal(offsetof(struct tray, result) % 64 + sizeof tray->result[0] % 64, 0);
@@ -50,7 +43,6 @@ static void test_slots_apart(void **state)
 /* Each rank has a flag of its own; taking the flags clears them. */
 static void test_flags(void **state)
 {
-    (void)state;
     enum { RANKS = 130 };
     struct arrivals *arrivals = arrivals_create(RANKS);
     assert_int_equal(arrivals_words(RANKS), 3);
@@ -117,7 +109,6 @@ static void *write_all(void *argument)
 
 static void test_threads(void **state)
 {
-    (void)state;
     pthread_t reader, writers[2];
     void *read;
     memset(&shelf, 0, sizeof shelf);
@@ -314,7 +305,6 @@ static const float *pixel_of(const struct master_of_test *test, const struct til
 /* Lots and results pass without a message. */
 static void test_lots_and_results(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     hand_out(&test.server, 1);
@@ -347,7 +337,6 @@ static void test_lots_and_results(void **state)
 /* A second result whose flag is not set yet is taken in with the first one; the flag then finds nothing. */
 static void test_flag_that_comes_late(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     hand_out(&test.server, 1);
@@ -367,7 +356,6 @@ static void test_flag_that_comes_late(void **state)
  * are found at once. */
 static void test_statistics_come_last(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     hand_out(&test.server, 1);
@@ -388,7 +376,6 @@ static void test_statistics_come_last(void **state)
  * sends are complete. If one has no tray, it polls always. */
 static void test_looks_at_mpi(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     take_in(&test.server);
@@ -427,7 +414,6 @@ static void put_header(struct master_of_test *test, unsigned turn, struct result
 /* The notice that a tile takes long may come after the tile; then it has no effect. */
 static void test_takes_long(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     hand_out(&test.server, 1);
@@ -449,7 +435,6 @@ static void test_takes_long(void **state)
 /* If no slot is empty, or the renderer is on another machine, lots are sent in messages. */
 static void test_no_room(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
@@ -480,7 +465,6 @@ static bool is_refused(struct master_of_test *test, size_t bytes, uint32_t rank)
 
 static void test_trays_are_checked(void **state)
 {
-    (void)state;
     struct master_of_test test;
     set_up(&test);
     message_set_rank(0, end_job);

@@ -1,13 +1,8 @@
 /* Tests of the pending rays of a sample: order, pruning, bounded memory. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "test/random.h"
+#include "test/unit.h"
 #include "worker/tree.h"
 
 static void push(struct tree *tree, double bound, uint32_t depth)
@@ -25,7 +20,6 @@ static bool pop(struct tree *tree, double cutoff, struct branch *branch)
 
 static void test_most_important_first(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     const double bounds[] = {0.25, 1, 0.5, 1};
@@ -44,7 +38,6 @@ static void test_most_important_first(void **state)
 /* Rays are pruned if their sum is at most the cutoff, not each of them. */
 static void test_prunes_by_the_sum(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     for (int i = 0; i < 8; i++)
@@ -64,7 +57,6 @@ static void test_prunes_by_the_sum(void **state)
 /* A closer bound of the next ray changes what comes next, and whether anything does. */
 static void test_closer_bounds(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     for (uint32_t i = 0; i < 40; i++) {
@@ -93,7 +85,6 @@ static void test_closer_bounds(void **state)
 /* Bounds whose sum rounds down: the reported sum is not below the true one. */
 static void test_sums_are_upper_bounds(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     push(&tree, 1, 1);
@@ -108,7 +99,6 @@ static void test_sums_are_upper_bounds(void **state)
 
 static void test_without_cutoff_depth_first(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     push(&tree, 1, 1);
@@ -127,7 +117,6 @@ static void test_without_cutoff_depth_first(void **state)
  * these the one added first. */
 static void test_deepest_first(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     enum { MANY = TREE_BEST_FIRST_MAX + 40 };
@@ -157,7 +146,6 @@ static void test_deepest_first(void **state)
 /* Any number of branches, some with equal bounds, while others are added or get other bounds. */
 static void test_order_of_many(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     uint64_t random = 1;
@@ -215,7 +203,6 @@ static const struct branch *expected_next(const struct tree *tree)
 /* Around TREE_BEST_FIRST_MAX branches, so that the order changes again and again. */
 static void test_order_at_the_limit(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     uint64_t random = 1;
     uint32_t added = 0;
@@ -242,7 +229,6 @@ static void test_order_at_the_limit(void **state)
  * greatest depth through rays that do not matter. */
 static void test_no_dive(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     uint32_t traced = 0;
@@ -260,7 +246,6 @@ static void test_no_dive(void **state)
 /* Surfaces that give two full rays each: a full tree of depth 16 without 65,536 pending rays. */
 static void test_memory_stays_bounded(void **state)
 {
-    (void)state;
     struct tree tree = {0};
     struct branch branch;
     uint32_t most = 0;

@@ -11,7 +11,6 @@ static struct crossings cross(const struct vec3 corner[3], const struct ray *ray
 
 static void test_hit_and_weights(void **state)
 {
-    (void)state;
     const struct vec3 corner[3] = {{0, 0, 3}, {4, 0, 3}, {0, 4, 3}};
     uint64_t exact = 0;
     struct ray ray = ray_along(vec3(1, 2, 0), vec3(0, 0, 0.5));
@@ -29,7 +28,6 @@ static void test_hit_and_weights(void **state)
 
 static void test_every_dominant_axis(void **state)
 {
-    (void)state;
     uint64_t random = 8, exact = 0;
     for (int i = 0; i < 50000; i++) {
         struct vec3 corner[3];
@@ -56,7 +54,6 @@ static void test_every_dominant_axis(void **state)
 
 static void test_in_its_plane_and_without_area(void **state)
 {
-    (void)state;
     const struct vec3 flat[3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
     const struct vec3 line[3] = {{0, 0, 0}, {1, 1, 1}, {3, 3, 3}};
     const struct vec3 point[3] = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
@@ -79,7 +76,6 @@ static void test_in_its_plane_and_without_area(void **state)
  */
 static void test_edges_are_exact(void **state)
 {
-    (void)state;
     uint64_t random = 9, exact = 0;
     for (int i = 0; i < 50000; i++) {
         int64_t p[2], q[2];
@@ -109,7 +105,6 @@ static void test_edges_are_exact(void **state)
 /* Far from needing it: a long thin triangle, whose edge values cancel in plain products. */
 static void test_needle(void **state)
 {
-    (void)state;
     uint64_t random = 10, exact = 0;
     for (int i = 0; i < 10000; i++) {
         double width = ldexp(1, -(int)random_below(&random, 30));
@@ -126,7 +121,6 @@ static void test_needle(void **state)
 
 static void test_scaling_by_powers_of_two(void **state)
 {
-    (void)state;
     const struct vec3 corner[3] = {{0.1, 0.2, 3}, {4.3, 0.4, 3.7}, {0.3, 4.1, 2.9}};
     uint64_t exact = 0;
     struct ray ray = ray_along(vec3(0.3, 0.2, -1), vec3(0.21, 0.17, 1));
@@ -237,27 +231,23 @@ static void assert_watertight(struct vec3 scale, struct vec3 offset)
 
 static void test_closed_mesh(void **state)
 {
-    (void)state;
     assert_watertight(vec3(1, 1, 1), vec3(0, 0, 0));
 }
 
 static void test_closed_mesh_far_away(void **state)
 {
-    (void)state;
     assert_watertight(vec3(1, 1, 1), vec3(1e6, -1e6, 1e6));
     assert_watertight(vec3(1, 1, 1), vec3(148376, 1234, -223423));
 }
 
 static void test_closed_mesh_of_slivers(void **state)
 {
-    (void)state;
     assert_watertight(vec3(1, 1e-6, 1e-3), vec3(0, 0, 0));
 }
 
 /* Axis-parallel rays down on every point of a grid of triangles, all coordinates integers. */
 static void test_lattice(void **state)
 {
-    (void)state;
     uint64_t exact = 0;
     for (int px = 1; px < 8; px++) {
         for (int py = 1; py < 8; py++) {
@@ -277,7 +267,6 @@ static void test_lattice(void **state)
 
 static void test_normal_and_bounds(void **state)
 {
-    (void)state;
     const struct vec3 c[3] = {{0, 0, 3}, {4, 0, 3}, {0, -4, 1}};
     assert_vector_near(triangle_normal(&c[0], &c[2], &c[1]), vec3(0, -1 / sqrt(5), 2 / sqrt(5)),
                        1e-15);
@@ -291,7 +280,6 @@ static void test_normal_and_bounds(void **state)
 /* A triangle of any size has the same normal, bit for bit. */
 static void test_normals_of_all_sizes(void **state)
 {
-    (void)state;
     const struct vec3 corners[3] = {{0.3, -0.1, 3}, {4, 0.7, 2.5}, {0.2, -4, 1}};
     struct vec3 normal = triangle_normal(&corners[0], &corners[1], &corners[2]);
     for (int exponent = -1000; exponent <= 1000; exponent += 50) {
@@ -306,7 +294,6 @@ static void test_normals_of_all_sizes(void **state)
 /* A ray that begins on an edge passes through both triangles at once, at any size. */
 static void test_passage_of_all_sizes(void **state)
 {
-    (void)state;
     for (int exponent = -900; exponent <= 900; exponent += 50) {
         struct vec3 from[3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
         struct vec3 of[3] = {{0, 0, 0}, {0, -1, 0.5}, {1, 0, 0}};
@@ -328,7 +315,6 @@ static void test_passage_of_all_sizes(void **state)
 /* The plain distance and the corrected one against double-double, at all slopes and sizes. */
 static void test_distance(void **state)
 {
-    (void)state;
     uint64_t random = 12, exact = 0;
     unsigned hits = 0;
     double worst = 0;

@@ -1,17 +1,12 @@
 /* Tests of ear clipping: areas add up, no triangle covers a notch, and no polygon takes for ever. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/message.h"
 #include "master/triangulate.h"
 #include "test/random.h"
+#include "test/unit.h"
 
 static struct vec3 triangle_area(const struct vec3 *p, const uint32_t *t)
 {
@@ -67,7 +62,6 @@ static void check_all_round(const double (*flat)[2], size_t count, size_t expect
 
 static void test_simple_shapes(void **state)
 {
-    (void)state;
     static const double square[][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     static const double arrow[][2] = {{0, 0}, {2, 1}, {0, 2}, {1, 1}};
     static const double ell[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
@@ -82,7 +76,6 @@ static void test_simple_shapes(void **state)
 
 static void test_gear(void **state)
 {
-    (void)state;
     enum { TEETH = 60, COUNT = 4 * TEETH };
     double gear[COUNT][2];
     for (int i = 0; i < COUNT; i++) {
@@ -95,7 +88,6 @@ static void test_gear(void **state)
 
 static void test_spiral(void **state)
 {
-    (void)state;
     enum { HALF = 300, COUNT = 2 * HALF };
     double spiral[COUNT][2];
     for (int i = 0; i < HALF; i++) {
@@ -111,7 +103,6 @@ static void test_spiral(void **state)
 /* Collinear corners are kept, as a neighbouring polygon may have them, too. */
 static void test_collinear_corners(void **state)
 {
-    (void)state;
     static const double shape[][2] = {{0, 0}, {1, 0}, {2, 0}, {2, 1},
                                       {2, 2}, {1, 2}, {0, 2}, {0, 1}};
     struct vec3 polygon[8];
@@ -123,7 +114,6 @@ static void test_collinear_corners(void **state)
 
 static void test_duplicate_corners(void **state)
 {
-    (void)state;
     struct vec3 polygon[] = {vec3(0, 0, 0), vec3(0, 0, 0), vec3(2, 0, 0), vec3(2, 0, 0),
                              vec3(2, 2, 0), vec3(0, 2, 0), vec3(0, 2, 0)};
     struct triangulation t = {0};
@@ -138,7 +128,6 @@ static void test_duplicate_corners(void **state)
 /* A square with a square hole, joined to the outline by a bridge that is walked both ways. */
 static void test_bridge_to_a_hole(void **state)
 {
-    (void)state;
     struct vec3 polygon[] = {vec3(0, 0, 0), vec3(4, 0, 0), vec3(4, 4, 0), vec3(0, 4, 0),
                              vec3(0, 0, 0), vec3(1, 1, 0), vec3(1, 3, 0), vec3(3, 3, 0),
                              vec3(3, 1, 0), vec3(1, 1, 0)};
@@ -161,7 +150,6 @@ static void test_bridge_to_a_hole(void **state)
  * are passed twice keep both sides of their bridges apart. */
 static void test_bridge_between_holes(void **state)
 {
-    (void)state;
     enum { COUNT = 16 };
     static const double shape[COUNT][2] = {{0, 0}, {7, 0}, {7, 4}, {0, 4}, {0, 0}, {1, 1},
                                            {1, 3}, {3, 3}, {4, 1}, {4, 3}, {6, 3}, {6, 1},
@@ -176,7 +164,6 @@ static void test_bridge_between_holes(void **state)
 
 static void test_nearly_flat_and_far_sizes(void **state)
 {
-    (void)state;
     static const double scales[] = {1e-310, 1e-150, 1, 1e150, 8e307};
     for (int i = 0; i < 5; i++) {
         double s = scales[i];
@@ -192,7 +179,6 @@ static void test_nearly_flat_and_far_sizes(void **state)
 
 static void test_no_area_and_crossings_end(void **state)
 {
-    (void)state;
     struct vec3 line[] = {vec3(0, 0, 0), vec3(1, 0, 0), vec3(3, 0, 0), vec3(2, 0, 0)};
     struct vec3 point[] = {vec3(1, 2, 3), vec3(1, 2, 3), vec3(1, 2, 3), vec3(1, 2, 3)};
     struct vec3 bow[] = {vec3(0, 0, 0), vec3(1, 1, 0), vec3(1, 0, 0), vec3(0, 1, 0)};
@@ -227,7 +213,6 @@ static void test_no_area_and_crossings_end(void **state)
 /* A quad, however bent, gives two triangles, which cover all of it seen from above. */
 static void test_bumpy_grid(void **state)
 {
-    (void)state;
     enum { EDGE = 40 };
     uint64_t random = 1;
     double height[EDGE][EDGE];
@@ -250,7 +235,6 @@ static void test_bumpy_grid(void **state)
 /* Bent polygons of more corners, even ones that cross themselves, leave no hole either. */
 static void test_bent_polygons(void **state)
 {
-    (void)state;
     uint64_t random = 7;
     struct triangulation t = {0};
     for (int round = 0; round < 500; round++) {
@@ -306,7 +290,6 @@ static size_t trace_maze(bool filled[MAZE + 2][MAZE + 2], double (*flat)[2])
 
 static void test_mazes(void **state)
 {
-    (void)state;
     uint64_t random = 3;
     for (int round = 0; round < 300; round++) {
         bool filled[MAZE + 2][MAZE + 2] = {{false}};
@@ -345,7 +328,6 @@ static void test_mazes(void **state)
 
 static void test_limits(void **state)
 {
-    (void)state;
     struct triangulation t = {0};
     struct vec3 *many = allocate_zeroed(POLYGON_MAX_CORNERS, sizeof *many);
     for (int i = 0; i < POLYGON_MAX_CORNERS; i++) {
@@ -361,7 +343,6 @@ static void test_limits(void **state)
 /* A polygon of corners in random order is refused in a time that is bounded by its size. */
 static void test_tangle_is_refused(void **state)
 {
-    (void)state;
     uint64_t random = 1;
     struct triangulation t = {0};
     struct vec3 *many = allocate(POLYGON_MAX_CORNERS, sizeof *many);
@@ -378,7 +359,6 @@ static void test_tangle_is_refused(void **state)
 /* Long teeth, none of them parallel to an axis, so that their boxes overlap: simple all the same. */
 static void test_slanted_comb_is_cut(void **state)
 {
-    (void)state;
     enum { TEETH = POLYGON_MAX_CORNERS / 2 - 1 };
     struct triangulation t = {0};
     struct vec3 *comb = allocate(POLYGON_MAX_CORNERS, sizeof *comb);
@@ -398,7 +378,6 @@ static void test_slanted_comb_is_cut(void **state)
 /* In simple polygons not all corners are examined for each corner, which reduces the time as much. */
 static void test_looks_at_few(void **state)
 {
-    (void)state;
     struct triangulation t = {0};
     struct vec3 *gear = allocate(POLYGON_MAX_CORNERS, sizeof *gear);
     for (int i = 0; i < POLYGON_MAX_CORNERS; i++) {

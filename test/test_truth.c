@@ -35,7 +35,6 @@ static bool reads(const char *header, const float *values, size_t count)
 
 static void test_reading(void **state)
 {
-    (void)state;
     float values[13] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
     assert_true(reads("PF\n2 2\n-1.0\n", values, 12));
     assert_true(reads("PF 2 2 -0.5\n", values, 12));
@@ -66,7 +65,6 @@ static void test_reading(void **state)
 /* A pipe is not waited for, and a folder is not read. */
 static void test_no_file(void **state)
 {
-    (void)state;
     static const char *const paths[] = {"pipe.pfm", "folder.pfm", "nothing.pfm"};
     static const char *const wrong[] = {"is not a regular file", "is a folder", "cannot be opened"};
     struct canvas canvas;
@@ -84,7 +82,6 @@ static void test_no_file(void **state)
 
 static void test_other_byte_order(void **state)
 {
-    (void)state;
     const char text[] = "PF\n1 1\n1.0\n\x3f\x80\0\0\xc0\0\0\0\x3f\0\0\0";
     struct canvas canvas;
     write_bytes(path, text, sizeof text - 1);
@@ -96,7 +93,6 @@ static void test_other_byte_order(void **state)
 /* The farm can read what it writes. */
 static void test_round_trip(void **state)
 {
-    (void)state;
     struct canvas canvas, back;
     canvas_init(&canvas, 7, 3);
     for (int i = 0; i < 63; i++)
@@ -111,7 +107,6 @@ static void test_round_trip(void **state)
 
 static void test_differences(void **state)
 {
-    (void)state;
     struct canvas canvas, reference;
     canvas_init(&canvas, 100, 100);
     canvas_init(&reference, 100, 100);

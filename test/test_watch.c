@@ -32,7 +32,6 @@ static void ended(struct watch *watch)
  * rendering took. */
 static void test_end(void **state)
 {
-    (void)state;
     struct watch watch = begun(PIXELS, NULL);
     struct error_forecast forecast;
     watch_look(&watch, 101); /* a look between */
@@ -49,7 +48,6 @@ static void test_end(void **state)
 /* The interval is wider where the numbers of samples in the halves differ. */
 static void test_odd_samples(void **state)
 {
-    (void)state;
     struct watch watch = begun(PIXELS, NULL);
     watch_look(&watch, 101);
     watch.samples = 5;
@@ -64,7 +62,6 @@ static void test_odd_samples(void **state)
 /* With half of the picture there is no true error, and half of the samples per pixel; the row is written at once. */
 static void test_half(void **state)
 {
-    (void)state;
     struct watch watch = begun(PIXELS / 2, "rows.csv");
     watch_look(&watch, 101);
     assert_true(isnan(watch.log.rows[0].true_rmse));
@@ -79,7 +76,6 @@ static void test_half(void **state)
 /* Single samples tell nothing about the error: there is no row that would call it 0. */
 static void test_single_samples(void **state)
 {
-    (void)state;
     struct watch watch = begun(PIXELS, NULL);
     struct error_forecast forecast;
     watch.samples = 1;

@@ -3,16 +3,10 @@
 #include <math.h>
 #include <pthread.h>
 #include <sched.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "common/bell.h"
 #include "common/clock.h"
@@ -20,6 +14,7 @@
 #include "master/builder.h"
 #include "test/arrivals_fixture.h"
 #include "test/fatal.h"
+#include "test/unit.h"
 #include "test/view_fixture.h"
 #include "worker/node_scene.h"
 #include "worker/render.h"
@@ -367,7 +362,6 @@ static void check_result(bool dropped, bool begun)
 /* The tile in work is given up when it is finished elsewhere; the next one is not. */
 static void test_gives_up_what_is_finished(void **state)
 {
-    (void)state;
     static const struct drop drop = {.tile_id = 5, .finished = 1};
     static const struct line lines[] = {BEGIN,      NOTHING, /* before the first tile */
                                         DROP(drop),          /* in it */
@@ -379,7 +373,6 @@ static void test_gives_up_what_is_finished(void **state)
 /* At STOP the tile in work is given up: whoever has stopped the run does not wait for it. */
 static void test_stops_in_a_tile(void **state)
 {
-    (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, /* before the first tile */ STOP};
     follow(lines, sizeof lines / sizeof *lines, 0);
     assert_int_equal(master.results, 0);
@@ -389,7 +382,6 @@ static void test_stops_in_a_tile(void **state)
 /* A tile that has been begun is finished if another renderer merely has it, too. */
 static void test_keeps_what_others_have(void **state)
 {
-    (void)state;
     static const struct drop drop = {.tile_id = 5, .finished = 0};
     static const struct line lines[] = {BEGIN,   NOTHING, DROP(drop), NOTHING,
                                         NOTHING, NOTHING, STOP};
@@ -400,7 +392,6 @@ static void test_keeps_what_others_have(void **state)
 /* A tile that has not been begun is dropped in both cases. */
 static void test_drops_what_is_not_begun(void **state)
 {
-    (void)state;
     for (uint32_t finished = 0; finished <= 1; finished++) {
         const struct drop drop = {.tile_id = 5, .finished = finished};
         const struct line lines[] = {BEGIN, DROP(drop), NOTHING, NOTHING, NOTHING, STOP};
@@ -412,7 +403,6 @@ static void test_drops_what_is_not_begun(void **state)
 /* One message may name several tiles: the tile in work and the next one. */
 static void test_drops_several(void **state)
 {
-    (void)state;
     static const struct drop drops[] = {{.tile_id = 9}, {.tile_id = 5, .finished = 1}};
     static const struct line lines[] = {BEGIN, NOTHING, DROP(drops), NOTHING, NOTHING, STOP};
     follow(lines, sizeof lines / sizeof *lines, 1);
@@ -463,7 +453,6 @@ static void follow_lot(const struct line *lines, size_t count, unsigned number,
  * is sent in a message. */
 static void test_tray(void **state)
 {
-    (void)state;
     static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     for (unsigned full = 0; full <= TRAY_SLOTS; full++) {
         follow_lot(lines, sizeof lines / sizeof *lines, 1, (struct manner){.full = full});
@@ -479,7 +468,6 @@ static void test_tray(void **state)
  * names, and which is not that the one before the lot names. */
 static void test_order(void **state)
 {
-    (void)state;
     static const struct drop drop = {.tile_id = 5, .finished = 0};
     static const struct line some_lot = LOT;
     static const struct line lines[] = {SAID, DROP(drop), NOTHING, NOTHING, NOTHING, STOP};
@@ -516,7 +504,6 @@ static void follow_wrong(void *state)
  * look again. */
 static void test_tray_is_checked(void **state)
 {
-    (void)state;
     struct wrong_lot wrong[] = {{TRAY_LOT_BYTES + 8, 1}, {UINT32_MAX, 1}, {sizeof lot, UINT_MAX}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         assert_fatal(follow_wrong, &wrong[i],
@@ -571,7 +558,6 @@ static void assert_unfit(const struct unfit_lot *unfit, const char *why)
 /* A lot whose header makes no sense ends the farm. */
 static void test_lot_headers_are_checked(void **state)
 {
-    (void)state;
     struct unfit_lot it = {.lot = good_lot, .bytes = sizeof(struct lot_header) - 8};
     assert_unfit(&it, "lot without tiles");
     it.bytes = large_bytes(0);
@@ -591,7 +577,6 @@ static void test_lot_headers_are_checked(void **state)
 
 static void follow_unstarted(void *state)
 {
-    (void)state;
     static const struct line lines[] = {LOT, SAID, STOP};
     follow(lines, sizeof lines / sizeof *lines, 1);
 }
@@ -600,7 +585,6 @@ static void follow_unstarted(void *state)
  * for. */
 static void test_lot_tiles_are_checked(void **state)
 {
-    (void)state;
     struct unfit_lot it = {.lot = good_lot, .bytes = large_bytes(2) - 8};
     assert_unfit(&it, "tile that is not part of the picture"); /* half a tile */
     it.bytes = large_bytes(2), it.lot.tiles[1].y = EDGE;
@@ -621,7 +605,6 @@ static void test_lot_tiles_are_checked(void **state)
 /* A tile of as many pixels as there may be is taken; here the run is stopped before it is begun. */
 static void test_largest_tile(void **state)
 {
-    (void)state;
     enum { EDGE_LARGEST = 1024 };
     struct {
         struct lot_header header;
@@ -659,7 +642,6 @@ static struct refined_lot refined_lot(void)
 /* What a lot says of the samples of its second tile begins where that of its first tile ends. */
 static void test_refined_lot(void **state)
 {
-    (void)state;
     struct refined_lot refined = refined_lot();
     const struct line lines[] = {SAID,    {TAG_MASTER_TO_RENDERER_TILES, &refined, sizeof refined},
                                  NOTHING, NOTHING,
@@ -690,7 +672,6 @@ static void follow_unfit_refined(void *state)
 /* A lot that lacks a part of a tile, or of what it says of the samples, or says something else, ends the farm. */
 static void test_refined_lots_are_checked(void **state)
 {
-    (void)state;
     static const char why[] =
         "farm: rank 0: the master sent a tile that is not part of the picture\n";
     struct unfit_refined it = {.lot = refined_lot(), .bytes = sizeof it.lot - 8};
@@ -717,7 +698,6 @@ static void follow_wrong_message(void *state)
 
 static void test_messages_are_checked(void **state)
 {
-    (void)state;
     static const char zeros[64];
     struct wrong_message wrong[] = {
         {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start}, "sent a start that makes no sense"},
@@ -738,7 +718,6 @@ static void test_messages_are_checked(void **state)
 /* It answers the second of two questions whether it is there only if the first answer has been sent. */
 static void test_answers_once(void **state)
 {
-    (void)state;
     struct line lines[20] = {BEGIN};
     lines[17] = lines[18] = (struct line){TAG_MASTER_TO_RENDERER_PING, NULL, 0};
     lines[19] = (struct line)STOP;
@@ -782,7 +761,6 @@ static void *serve_tray(void *argument)
  * nor what the renderer sends but READY and STATS. */
 static void test_many_lots(void **state)
 {
-    (void)state;
     static const struct line lines[] = {SAID, STOP};
     struct tray *tray = new_tray();
     pthread_t thread;
@@ -800,7 +778,6 @@ static void test_many_lots(void **state)
 /* A renderer that is woken when there is a message neither polls nor uses CPU time until then. */
 static void test_sleeps_until_it_is_woken(void **state)
 {
-    (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     struct late_master late = {.rings = true};
     struct tray *tray = new_tray();
@@ -816,7 +793,6 @@ static void test_sleeps_until_it_is_woken(void **state)
 /* If nobody rings, it still finds the message by polling from time to time. */
 static void test_looks_now_and_then(void **state)
 {
-    (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     struct late_master late = {.rings = false};
     struct tray *tray = new_tray();
@@ -831,7 +807,6 @@ static void test_looks_now_and_then(void **state)
 /* While its own result is being sent in a message, as no slot is empty, it must poll, so that MPI makes progress. */
 static void test_looks_while_it_sends(void **state)
 {
-    (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
     struct tray *tray = new_tray();
     double begin = clock_wall();
@@ -847,7 +822,6 @@ static void test_looks_while_it_sends(void **state)
  * sent in messages. */
 static void test_renders_on_while_it_sends(void **state)
 {
-    (void)state;
     static const struct line lines[] = {BEGIN,   NOTHING, NOTHING, LOT,     NOTHING, NOTHING, LOT,
                                         NOTHING, NOTHING, LOT,     NOTHING, NOTHING, STOP};
     struct tray *tray = new_tray();
@@ -862,7 +836,6 @@ static void test_renders_on_while_it_sends(void **state)
 /* A result that is too long for a slot is sent in a message, even though the slot is empty. */
 static void test_too_long_for_a_slot(void **state)
 {
-    (void)state;
     enum { EDGE_LARGE = 64 };
     struct {
         struct lot_header header;
@@ -886,7 +859,6 @@ static void test_too_long_for_a_slot(void **state)
 /* With nowhere to put the next result, it calls the master, waits until one is taken, and counts that as sending. */
 static void test_waits_for_a_buffer(void **state)
 {
-    (void)state;
     struct lot_of_two calm = lot; /* half way through it nobody calls */
     calm.header.wakes_master = 0;
     struct line lines[2 + 3 * (SENDS + 1)] = {SAID};
@@ -942,7 +914,6 @@ static void tell_of(uint32_t number, struct tray *tray)
  * where that of the first is still being sent, nothing of the second is reported. */
 static void test_tells_of_two_lots(void **state)
 {
-    (void)state;
     struct {
         struct lot_header header;
         float report_s[4];
@@ -974,7 +945,6 @@ static void test_tells_of_two_lots(void **state)
 /* A report ends no more than the answer that it precedes: the tiles after the reported one come together again. */
 static void test_reports_one_tile_alone(void **state)
 {
-    (void)state;
     struct {
         struct lot_header header;
         float report_s[4];
@@ -1026,7 +996,6 @@ static void tell_again(unsigned held_up)
 
 static void test_tells_again_seldom(void **state)
 {
-    (void)state;
     tell_again(0);
     tell_again(20); /* not while the report before is being sent */
 }
@@ -1034,7 +1003,6 @@ static void test_tells_again_seldom(void **state)
 /* During a long lot the master polls in any case, and is not called. */
 static void test_long_lot(void **state)
 {
-    (void)state;
     struct lot_of_two long_lot = lot;
     long_lot.header.wakes_master = 0;
     const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
@@ -1051,7 +1019,6 @@ static void test_long_lot(void **state)
 
 static void test_tells_of_what_takes_long(void **state)
 {
-    (void)state;
     for (uint32_t number = 0; number < 2; number++) {
         struct tray *tray = new_tray();
         tell_of(number, NULL);
@@ -1064,7 +1031,6 @@ static void test_tells_of_what_takes_long(void **state)
  * fit. */
 static void test_short_results(void **state)
 {
-    (void)state;
     enum { TILES = 12 };
     struct {
         struct lot_header header;

@@ -1,5 +1,4 @@
-/* Texts that are settings, and assertions that one that was printed or written contains a part. To be included after
- * cmocka.h. */
+/* Texts that are settings, and assertions that one that was printed or written contains a part. */
 #ifndef FARM_TEST_TEXT_H
 #define FARM_TEST_TEXT_H
 
@@ -8,6 +7,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "test/unit.h"
 
 /* Replaces a setting. */
 static inline void set_text(char **setting, const char *text)
