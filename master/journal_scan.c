@@ -18,8 +18,8 @@ struct journal_scan {
     size_t largest;   /* payload, bytes */
     void *payload;    /* room for it; owned */
     uint64_t in_vain; /* bytes read for what turned out not to be a record */
-    char *
-        window; /* a part of the file, which begins at or before the place that is looked at; owned */
+    /* A part of the file, which begins at or before the place that is looked at; owned. */
+    char *window;
     uint64_t window_at;
     size_t window_bytes;
 };

@@ -68,8 +68,7 @@ struct server {
 
     /* Main thread only. */
     struct post *post;
-    uint32_t
-        first_remote; /* the first renderer on another rank: 1, or 0 where rank 0 does not render */
+    uint32_t first_remote; /* renderer on another rank: 1, or 0 where rank 0 does not render */
     uint32_t renderers;
     uint32_t first_there;     /* all renderers on other ranks before this one are gone */
     struct contact *contacts; /* per renderer */
