@@ -145,6 +145,25 @@ static void test_surface_of_scaled_triangle(void **state)
     }
 }
 
+/* Some have coordinates that overflow at the size of 1, or become 0. */
+static void test_surface_of_extreme_triangle(void **state)
+{
+    (void)state;
+    const struct vec3 corners[][3] = {
+        {{1e160, -1e-160, -1e-160}, {1e160, 1e-160, -1e-160}, {1e160, 0, 1e-160}},
+        {{0, 0, 0}, {0, 1e200, 0}, {0, 0, 1e-130}}};
+    const struct hit hit = {1, 0.25, 0.25, primitive_id(PRIMITIVE_TRIANGLE, 0), 0, 0};
+    for (int i = 0; i < 2; i++) {
+        struct ray ray = ray_along(vec3(corners[i][0].x - 1, 0, 0), vec3(1, 0, 0));
+        struct surface surface;
+        struct scene *scene = one_triangle(corners[i], 0);
+        surface_at(scene, &ray, &hit, &surface);
+        assert_near(surface.point.x, corners[i][0].x, 1e185);
+        assert_vector_near(surface.geometric, vec3(1, 0, 0), 0);
+        free(scene);
+    }
+}
+
 /* ---- surfaces that touch ---- */
 
 static struct ray going_on(const struct scene *scene, const struct ray *ray, const struct hit *hit,
@@ -271,6 +290,7 @@ int main(void)
         cmocka_unit_test(test_surface_from_far_away),
         cmocka_unit_test(test_surface_of_ground_sphere),
         cmocka_unit_test(test_surface_of_scaled_triangle),
+        cmocka_unit_test(test_surface_of_extreme_triangle),
         cmocka_unit_test(test_one_passage_at_an_edge),
         cmocka_unit_test(test_box_on_a_floor),
         cmocka_unit_test(test_edge_of_a_far_box),

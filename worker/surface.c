@@ -63,13 +63,11 @@ static void draw_in(struct place *place, struct vec3 b, struct vec3 c, const str
 
 /* See triangle_size(). */
 static struct place ordinary_triangle_place(const struct vec3 at[3], struct vec3 origin,
-                                            struct vec3 direction, const struct hit *hit,
-                                            struct vec3 *normal)
+                                            struct vec3 direction, const struct hit *hit)
 {
     struct vec3 a = at[0], b = at[1], c = at[2];
     double size = triangle_size(a, b, c), speed;
     struct place place = {a, triangle_mean(a, b, c, hit->u, hit->v)};
-    *normal = triangle_normal(&a, &b, &c);
     if (size > fabs(hit->t) * vec_largest(direction)) {
         struct dd3 passage = triangle_passage(a, b, c, origin, direction, &speed);
         if (triangle_passes(&passage, speed, &place.offset, size)) place.offset = passage;
@@ -84,17 +82,21 @@ static struct place triangle_place(const struct scene *scene, const struct ray *
 {
     struct vec3 at[3];
     triangle_vertices(scene, hit->primitive, at);
+    *normal = triangle_normal(&at[0], &at[1], &at[2]);
     double size = triangle_size(at[0], at[1], at[2]);
     if (size_is_ordinary(size) || !(size > 0 && size < HUGE_VAL))
-        return ordinary_triangle_place(at, ray->origin, ray->direction, hit, normal);
+        return ordinary_triangle_place(at, ray->origin, ray->direction, hit);
     int exponent;
     (void)frexp(size, &exponent);
     struct hit near = *hit;
     near.t = ldexp(hit->t, -exponent);
     struct vec3 anchor = at[0], origin = vec_scale_exactly(ray->origin, -exponent);
+    /* As in scaled_crossings(). */
+    if (!vec_is_finite(vec_scale_exactly(anchor, -exponent)))
+        return ordinary_triangle_place(at, ray->origin, ray->direction, hit);
     for (unsigned i = 0; i < 3; i++)
         at[i] = vec_scale_exactly(at[i], -exponent);
-    struct place place = ordinary_triangle_place(at, origin, ray->direction, &near, normal);
+    struct place place = ordinary_triangle_place(at, origin, ray->direction, &near);
     return (struct place){anchor, dd3_ldexp(place.offset, exponent)};
 }
 
