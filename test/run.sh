@@ -45,7 +45,8 @@ logs=$(mktemp -d)
 trap 'rm -rf "$logs"' EXIT
 
 # A unit test is one process, most of the time of one thread: one on each core, beside the scripts that start one such
-# process at a time. The other scripts start farms that use all cores, and some measure time: one after the other.
+# process at a time, or three for a moment (numerics). The other scripts start farms that use all cores, and some
+# measure time: one after the other.
 single=" error_bench extreme house kernel numerics omit run stability stability_levels truncation "
 beside= alone=
 for script in test/test_*.sh; do
