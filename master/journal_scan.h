@@ -48,7 +48,8 @@ void journal_scan_end(struct journal_scan *scan);
 /*
  * Finds the first good record at *offset, which never decreases from call to call, or after it, and sets *offset to
  * its place. *skipped: how many bytes before it are damaged, without gaps at *offset. The payload is valid until the
- * next call. false: there is none, or finding one takes too long; *skipped is then all that is left.
+ * next call. false: there is none, or finding one takes too long; *skipped is then all that is left, and this must
+ * not be called again.
  */
 bool journal_scan_next(struct journal_scan *scan, uint64_t *offset, uint64_t *skipped,
                        struct journal_record *record);
