@@ -15,29 +15,37 @@ static struct tile strip_tile(const struct shares *shares, uint32_t id)
                          .step = 1};
 }
 
-/* A band of rows; under the cyclic schedule a renderer's pixels of it. If its phase is beyond the last one, it has none
- * there. */
-static struct tile band_tile(const struct shares *shares, uint32_t id)
+/* The tile of this id under the cyclic schedule. If its phase is beyond the last pixel, the renderer has no pixel in
+ * this band. */
+static struct tile cyclic_tile(const struct shares *shares, uint32_t id)
 {
-    bool is_cyclic = shares->config.schedule == SCHEDULE_CYCLIC;
-    uint32_t renderers = shares->config.renderers, width = shares->config.width;
-    uint32_t y = (is_cyclic ? id / renderers : id) * shares->band_rows;
-    struct tile tile = {.id = id,
-                        .y = y,
-                        .w = width,
-                        .h = smaller(shares->band_rows, shares->config.height - y),
-                        .step = 1};
-    if (!is_cyclic) return tile;
-    uint64_t renderer = id % renderers, first = (uint64_t)y * width % renderers;
-    tile.phase = (uint32_t)((renderer + renderers - first) % renderers);
-    tile.step = renderers;
-    return tile;
+    uint32_t renderers = shares->config.renderers;
+    uint32_t band = id / renderers, renderer = id % renderers;
+    uint32_t y = band * shares->band_rows;
+    uint32_t first = (uint32_t)((uint64_t)y * shares->config.width % renderers);
+    return (struct tile){.id = id,
+                         .y = y,
+                         .w = shares->config.width,
+                         .h = smaller(shares->band_rows, shares->config.height - y),
+                         .phase = (uint32_t)(((uint64_t)renderer + renderers - first) % renderers),
+                         .step = renderers};
+}
+
+static struct tile row_tile(const struct shares *shares, uint32_t id)
+{
+    uint32_t y = id * shares->band_rows;
+    return (struct tile){.id = id,
+                         .y = y,
+                         .w = shares->config.width,
+                         .h = smaller(shares->band_rows, shares->config.height - y),
+                         .step = 1};
 }
 
 struct tile share_tile(const struct shares *shares, uint32_t id)
 {
-    bool is_strip = shares->config.schedule == SCHEDULE_STRIPS;
-    return is_strip ? strip_tile(shares, id) : band_tile(shares, id);
+    if (shares->config.schedule == SCHEDULE_STRIPS) return strip_tile(shares, id);
+    if (shares->config.schedule == SCHEDULE_CYCLIC) return cyclic_tile(shares, id);
+    return row_tile(shares, id);
 }
 
 bool share_has_pixels(const struct tile *tile)
