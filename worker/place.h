@@ -55,8 +55,8 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
     return vec_largest(vec_sub(b, a)) + vec_largest(vec_sub(c, a));
 }
 
-/* Whether the products of lengths by which a point is found, of up to four of them, and their low parts stay in the
- * range of double. */
+/* Whether the products of lengths by which a point is found stay in the range of double: products of up to four are
+ * 2^-800 to 2^800 then, and their low parts, 2^-53 of them, and those of these are still above 2^-1022. */
 static inline bool size_is_ordinary(double size)
 {
     return (size > 0x1p-200) & (size < 0x1p200);
