@@ -12,6 +12,7 @@
 #include "worker/bvh_nodes.h"
 #include "worker/bvh_slivers.h"
 #include "worker/bvh_trees.h"
+#include "worker/cone.h"
 #include "worker/inlined.h"
 #include "worker/primitive.h"
 

@@ -2,6 +2,7 @@
 #ifndef FARM_WORKER_NEAREST_WALK_H
 #define FARM_WORKER_NEAREST_WALK_H
 
+#include "worker/cone.h"
 #include "worker/coplanar.h"
 #include "worker/order.h"
 #include "worker/probe.h"

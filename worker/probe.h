@@ -2,6 +2,7 @@
 #ifndef FARM_WORKER_PROBE_H
 #define FARM_WORKER_PROBE_H
 
+#include "worker/naive.h"
 #include "worker/primitive.h"
 #include "worker/rough_triangles.h"
 #include "worker/solid_lanes.h"

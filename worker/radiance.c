@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "worker/box.h"
 #include "worker/primitive.h"
 #include "worker/radiance_clusters.h"
 #include "worker/shade.h"

@@ -1,7 +1,13 @@
 /* The point and the normals of a hit. */
+#include "worker/box.h"
+#include "worker/cone.h"
+#include "worker/naive.h"
 #include "worker/nearest.h"
+#include "worker/order.h"
 #include "worker/place.h"
+#include "worker/planar.h"
 #include "worker/primitive.h"
+#include "worker/sphere.h"
 
 static struct place sphere_place(const struct sphere *sphere, const struct ray *ray,
                                  const struct hit *hit, struct vec3 *normal)
