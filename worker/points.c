@@ -101,7 +101,7 @@ static void find_by_groups(const struct scene *scene, const struct hit *hits,
 }
 
 /* shading_point(), except for rays that run along the surface. */
-static inline void turn_normal(struct points *points, uint32_t i)
+static inline void turn_normal(struct points *points, size_t i)
 {
     struct vec3 geometric = lane(&points->geometric, i), normal = lane(&points->normal, i);
     double side = vec_dot(lane(&points->view, i), geometric);
@@ -116,7 +116,7 @@ static inline void turn_normal(struct points *points, uint32_t i)
 
 IN_LANES(turn_normals, points, turn_normal)
 
-static void put_point(struct points *points, uint32_t i, const struct shading_point *at)
+static void put_point(struct points *points, size_t i, const struct shading_point *at)
 {
     set_lane(&points->point, i, at->point);
     set_lane(&points->geometric, i, at->geometric);
@@ -177,7 +177,7 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
     turn_singly(scene, rays, points);
 }
 
-struct shading_point points_get(const struct points *points, uint32_t i)
+struct shading_point points_get(const struct points *points, size_t i)
 {
     return (struct shading_point){.point = lane(&points->point, i),
                                   .view = lane(&points->view, i),

@@ -46,7 +46,7 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
 void points_order(const struct points *points, bool dense, uint32_t order[WAVE]);
 
 /* One of the points, as the functions of shade.h take it. */
-struct shading_point points_get(const struct points *points, uint32_t i);
+struct shading_point points_get(const struct points *points, size_t i);
 
 /* light_faces() for all points; end: shadow_end(). */
 struct faced {

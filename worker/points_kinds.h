@@ -36,7 +36,7 @@ find_points find_on_flats; /* discs and planes */
     }
 
 /* Stores a point and its normals. */
-static inline void put_surface(struct points *points, uint32_t i, const struct place *place,
+static inline void put_surface(struct points *points, size_t i, const struct place *place,
                                struct vec3 normal, bool sure)
 {
     set_lane(&points->point, i, offset_from_surface(place, normal, lane(&points->view, i)));

@@ -51,7 +51,7 @@ static void gather_lit(const struct points *points, struct lit *lit)
     }
 }
 
-static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
+static inline void light_diffuse_lane(struct lit *lit, size_t i)
 {
     bool sure = true;
     struct vec3 unit = plain_unit(lane(&lit->to_light, i), &sure);
@@ -63,7 +63,7 @@ static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
 
 IN_LANES(light_diffuse, lit, light_diffuse_lane)
 
-static inline void add_highlight(struct lit *lit, uint32_t i)
+static inline void add_highlight(struct lit *lit, size_t i)
 {
     struct vec3 to_light = lane(&lit->to_light, i), color = lane(&lit->color, i);
     struct lobe terms = lobe_of(lane(&lit->view, i), lane(&lit->normal, i), to_light);
@@ -112,7 +112,7 @@ static void gather_secondary(const struct points *points, struct secondary_rays 
     }
 }
 
-static inline void reflect_lane(struct secondary_rays *secondary, uint32_t i)
+static inline void reflect_lane(struct secondary_rays *secondary, size_t i)
 {
     struct vec3 geometric = lane(&secondary->geometric, i);
     double v_n;
@@ -141,7 +141,7 @@ void points_reflect(const struct points *points, struct secondary_rays *secondar
 
 /* refract() with the shading normal, where that suffices. With a second index below N2_MIN, and with k = 0, so much of
  * the terms of k cancels that it is not plain. */
-static inline void refract_lane(struct secondary_rays *secondary, uint32_t i)
+static inline void refract_lane(struct secondary_rays *secondary, size_t i)
 {
     struct vec3 view = lane(&secondary->view, i), normal = lane(&secondary->normal, i);
     double from = secondary->from[i], to = secondary->to[i], e, d;

@@ -18,7 +18,7 @@ static void gather_spheres(const struct scene *scene, const struct hit *hits, ui
 }
 
 /* sphere_point() for a sphere and a ray of ordinary size that certainly meet. */
-static inline struct place sphere_place(const struct points *points, uint32_t i, bool *sure)
+static inline struct place sphere_place(const struct points *points, size_t i, bool *sure)
 {
     struct vec3 center = lane(&points->a, i), o = lane(&points->origin, i);
     struct vec3 d = lane(&points->view, i);
@@ -37,7 +37,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
 }
 
-static inline void find_sphere(struct points *points, uint32_t i)
+static inline void find_sphere(struct points *points, size_t i)
 {
     bool sure;
     struct place place = sphere_place(points, i, &sure);
@@ -85,7 +85,7 @@ static void gather_cones(const struct scene *scene, const struct hit *hits, uint
     }
 }
 
-static inline struct cone cone_at(const struct points *points, uint32_t i)
+static inline struct cone cone_at(const struct points *points, size_t i)
 {
     return (struct cone){.base = lane(&points->a, i),
                          .apex = lane(&points->b, i),
@@ -94,7 +94,7 @@ static inline struct cone cone_at(const struct points *points, uint32_t i)
 }
 
 /* cone_point() and cone_normal() on the side. leaving: the ray starts on this cone. */
-static inline void find_on_side(struct points *points, uint32_t i, bool leaving)
+static inline void find_on_side(struct points *points, size_t i, bool leaving)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
@@ -107,12 +107,12 @@ static inline void find_on_side(struct points *points, uint32_t i, bool leaving)
     put_surface(points, i, &place, normal, sure);
 }
 
-static inline void find_side(struct points *points, uint32_t i)
+static inline void find_side(struct points *points, size_t i)
 {
     find_on_side(points, i, false);
 }
 
-static inline void find_exit(struct points *points, uint32_t i)
+static inline void find_exit(struct points *points, size_t i)
 {
     find_on_side(points, i, true);
 }
@@ -124,7 +124,7 @@ FIND_IN_LANES(find_on_exits, gather_cones, find_exit)
  * cone_point() and cone_normal() on a cap. The distance of the cap differs from that of the hit if the hit is
  * too close to the rim.
  */
-static inline void find_cap(struct points *points, uint32_t i)
+static inline void find_cap(struct points *points, size_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = cone_at(points, i);
@@ -152,7 +152,7 @@ static void gather_flats(const struct scene *scene, const struct hit *hits, uint
     }
 }
 
-static inline void find_flat(struct points *points, uint32_t i)
+static inline void find_flat(struct points *points, size_t i)
 {
     struct vec3 anchor = lane(&points->a, i), normal = lane(&points->b, i);
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);

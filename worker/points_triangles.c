@@ -67,7 +67,7 @@ static inline bool is_flat(const struct sheared *p, const struct sheared *q,
 }
 
 /* Whether the distance, which is known to lie in an interval, is certainly far enough, or certainly not. */
-static inline bool distance_is_decided(const struct points *points, uint32_t i, double size,
+static inline bool distance_is_decided(const struct points *points, size_t i, double size,
                                        double longest)
 {
     double from = points->t[i] - points->t_error[i], to = points->t[i] + points->t_error[i];
@@ -80,7 +80,7 @@ static inline bool distance_is_decided(const struct points *points, uint32_t i, 
  * be asked: a rough hit is ahead of the ray whatever the error of its distance, which is at least 64 u of the
  * largest z.
  */
-static inline void weigh_corners(struct points *points, uint32_t i)
+static inline void weigh_corners(struct points *points, size_t i)
 {
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
     struct vec3 origin = lane(&points->origin, i), direction = lane(&points->view, i);
@@ -98,6 +98,7 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     bool plane = plane_is_decided(a, b, c, origin, direction);
     bool distance = distance_is_decided(points, i, triangle_size(a, b, c), fabs(d.z));
     bool sure = crosses & (flat | plane) & distance;
+    /* Never behind the triangles, where u is the t_error of a solid. */
     bool rough = points->v[i] == WEIGHT_UNKNOWN;
     points->u[i] = rough ? e1 / sum : points->u[i];
     points->v[i] = rough ? e2 / sum : points->v[i];
@@ -120,7 +121,7 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
 }
 
 /* Stores the point of a triangle; not sure if it may have to be drawn in or scaled. */
-static inline void put_triangle(struct points *points, uint32_t i, const struct place *place,
+static inline void put_triangle(struct points *points, size_t i, const struct place *place,
                                 struct vec3 b, struct vec3 c)
 {
     struct vec3 a = place->anchor, across = vec_cross(vec_sub(b, a), vec_sub(c, a));
@@ -132,7 +133,7 @@ static inline void put_triangle(struct points *points, uint32_t i, const struct 
     put_surface(points, i, place, normal, sure);
 }
 
-static inline void find_far_triangle(struct points *points, uint32_t i)
+static inline void find_far_triangle(struct points *points, size_t i)
 {
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
     struct place mean = {a, triangle_mean(a, b, c, points->u[i], points->v[i])};
@@ -141,7 +142,7 @@ static inline void find_far_triangle(struct points *points, uint32_t i)
 
 IN_LANES(find_far_triangles, points, find_far_triangle)
 
-static inline void find_triangle(struct points *points, uint32_t i)
+static inline void find_triangle(struct points *points, size_t i)
 {
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
     struct vec3 direction = lane(&points->view, i);
@@ -182,7 +183,7 @@ static void gather_normals(const struct scene *scene, const struct hit *hits, ui
 }
 
 /* The interpolated normal of a patch, from the vertex normals in a, b and c. */
-static inline void interpolate_normal(struct points *points, uint32_t i)
+static inline void interpolate_normal(struct points *points, size_t i)
 {
     double u = points->u[i], v = points->v[i];
     bool sure = points->sure[i] != 0;

@@ -10,6 +10,7 @@
 #ifndef FARM_WORKER_WAVE_H
 #define FARM_WORKER_WAVE_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "worker/exact.h"
@@ -21,8 +22,19 @@
 #define WAVE 256
 
 /*
+ * The lanes that IN_LANES() computes at a time: whole registers alone, as code for fewer lanes, once more for each
+ * narrower register and for one lane, would take twice as long to compile.
+ */
+#ifdef __AVX2__
+#define LANE_BLOCK 8
+#else
+#define LANE_BLOCK 2
+#endif
+
+/*
  * An array with one value per lane. The additional cache line keeps equal lanes of different rows, which are
- * used together, in different sets of the cache: at a distance of 2048 bytes they would share one.
+ * used together, in different sets of the cache: at a distance of 2048 bytes they would share one. It is also for the
+ * lanes beyond the last one of a block.
  */
 typedef double lane_row[WAVE + 8];
 
@@ -30,12 +42,12 @@ struct rows3 {
     lane_row x, y, z;
 };
 
-static inline struct vec3 lane(const struct rows3 *lanes, uint32_t i)
+static inline struct vec3 lane(const struct rows3 *lanes, size_t i)
 {
     return vec3(lanes->x[i], lanes->y[i], lanes->z[i]);
 }
 
-static inline void set_lane(struct rows3 *lanes, uint32_t i, struct vec3 v)
+static inline void set_lane(struct rows3 *lanes, size_t i, struct vec3 v)
 {
     lanes->x[i] = v.x;
     lanes->y[i] = v.y;
@@ -51,13 +63,19 @@ static inline double truth(bool value)
 /* Precedes a loop over lanes, whose iterations are independent of each other. */
 #define OVER_LANES _Pragma("omp simd")
 
-/* Defines name(), which calls of_one() for each lane from begin to end - 1 of a struct of lanes. */
+/*
+ * Defines name(), which calls of_one() for each lane from begin to end - 1 of a struct of lanes, and for up to
+ * LANE_BLOCK - 1 lanes from end on, whose results must not matter, for instance as they are computed later. Of an index
+ * of 32 bits compilers fear that it wraps around, and do without SIMD.
+ */
 #define IN_LANES(name, type, of_one)                                                               \
     static FLATTENED void name(struct type *it, uint32_t begin, uint32_t end)                      \
     {                                                                                              \
-        OVER_LANES                                                                                 \
-        for (uint32_t i = begin; i < end; i++)                                                     \
-            of_one(it, i);                                                                         \
+        for (size_t block = begin; block < end; block += LANE_BLOCK) {                             \
+            OVER_LANES                                                                             \
+            for (size_t i = 0; i < LANE_BLOCK; i++)                                                \
+                of_one(it, block + i);                                                             \
+        }                                                                                          \
     }
 
 /* Whether vec_normalize() needs no scaling for a vector of this squared length. */
