@@ -39,8 +39,9 @@ static INLINED bool nearest_leaf(void *context, const struct bvh_leaf *leaves, u
     return nearest_in(context, leaves, count, limit, false);
 }
 
-static INLINED bool naive_nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                                       double *limit)
+/* Not inlined: the paper's formulas are only for comparison. */
+static bool naive_nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                               double *limit)
 {
     return nearest_in(context, leaves, count, limit, true);
 }
@@ -83,6 +84,13 @@ bool is_entry_ahead(const struct scene *scene, const struct ray *ray, uint32_t p
     return crossing_counts(ray, found.t[0]);
 }
 
+static void nearest_singly(const struct nearest_batch *batch, const struct ray *rays, size_t begin,
+                           size_t end, struct hit *hits)
+{
+    for (size_t i = begin; i < end; i++)
+        hits[i] = nearest_hit(batch, &rays[i], false);
+}
+
 static void nearest_in_bundles(const struct nearest_batch *batch, const struct ray *rays,
                                size_t count, struct hit *hits)
 {
@@ -92,13 +100,11 @@ static void nearest_in_bundles(const struct nearest_batch *batch, const struct r
         size_t end = left == 0 ? count : i + LANES;
         if (left > 1 && packet_is_due(&bundles) &&
             packet_was(&bundles, nearest_bundle(batch, rays + i, (unsigned)many, hits + i)))
-            i += many * LANES;
-        else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets, nearest_bundle(batch, rays + i, 1, hits + i)))
-            i += LANES;
-        else
-            for (; i < end; i++)
-                hits[i] = nearest_hit(batch, &rays[i], false);
+            end = i + many * LANES;
+        else if (!(left > 0 && packet_is_due(&packets) &&
+                   packet_was(&packets, nearest_bundle(batch, rays + i, 1, hits + i))))
+            nearest_singly(batch, rays, i, end, hits);
+        i = end;
     }
 }
 
@@ -109,12 +115,13 @@ void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struc
     struct known_planes planes;
     planes.any = false;
     const struct nearest_batch batch = {scene, bvh, naive ? NULL : &planes, exact_fallbacks};
-    if (LANES_IN_SIMD && !naive)
+    if (naive)
+        for (size_t i = 0; i < count; i++)
+            hits[i] = nearest_hit(&batch, &rays[i], true);
+    else if (LANES_IN_SIMD)
         nearest_in_bundles(&batch, rays, count, hits);
     else
-        for (size_t i = 0; i < count; i++)
-            hits[i] =
-                naive ? nearest_hit(&batch, &rays[i], true) : nearest_hit(&batch, &rays[i], false);
+        nearest_singly(&batch, rays, 0, count, hits);
 }
 
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,

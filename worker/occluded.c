@@ -11,8 +11,8 @@ static INLINED bool occlusion_leaf(void *context, const struct bvh_leaf *leaves,
     return occlusion_in(context, leaves, count, false);
 }
 
-static INLINED bool naive_occlusion_leaf(void *context, const struct bvh_leaf *leaves,
-                                         uint32_t count, double *limit)
+static bool naive_occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                 double *limit)
 {
     (void)limit;
     return occlusion_in(context, leaves, count, true);

@@ -36,7 +36,7 @@ static inline void passages_end(struct passages *passages)
     if (passages->at != passages->fixed) free(passages->at);
 }
 
-static inline void passages_grow(struct passages *passages)
+static RARE void passages_grow(struct passages *passages)
 {
     size_t capacity = 2 * passages->capacity;
     if (passages->at == passages->fixed) {
