@@ -135,7 +135,7 @@ NOINLINE static void roots_from_origin(const struct scaled_cone *it, const struc
     roots[1] = dd_div(q, line->A);
 }
 
-static struct interval cone_side(const struct scaled_cone *it, uint64_t *exact)
+FLATTENED NOINLINE static struct interval cone_side(const struct scaled_cone *it, uint64_t *exact)
 {
     struct cone_line line = line_of(it, false);
     decide_A(it, &line);
@@ -178,7 +178,7 @@ static struct dd ratio(struct dd above, int exponent, struct dd below, int expon
     return dd_ldexp(dd_div(above, below), exponent - exponent_below);
 }
 
-static struct slab cone_slab(const struct scaled_cone *it)
+FLATTENED NOINLINE static struct slab cone_slab(const struct scaled_cone *it)
 {
     int e, e_base, e_apex;
     struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);

@@ -1,6 +1,7 @@
 /* The point and the normals of a hit. */
 #include "worker/box.h"
 #include "worker/cone.h"
+#include "worker/inlined.h"
 #include "worker/naive.h"
 #include "worker/nearest.h"
 #include "worker/order.h"
@@ -68,8 +69,10 @@ static void draw_in(struct place *place, struct vec3 b, struct vec3 c, const str
 }
 
 /* See triangle_size(). */
-static struct place ordinary_triangle_place(const struct vec3 at[3], struct vec3 origin,
-                                            struct vec3 direction, const struct hit *hit)
+FLATTENED NOINLINE static struct place ordinary_triangle_place(const struct vec3 at[3],
+                                                               struct vec3 origin,
+                                                               struct vec3 direction,
+                                                               const struct hit *hit)
 {
     struct vec3 a = at[0], b = at[1], c = at[2];
     double size = triangle_size(a, b, c), speed;
@@ -124,8 +127,8 @@ static struct place plane_place(struct supporting_plane plane, const struct ray 
     return (struct place){plane.point, plane_point(plane.point, plane.normal, ray)};
 }
 
-static struct place place_of(const struct scene *scene, const struct ray *ray,
-                             const struct hit *hit, struct vec3 *normal)
+FLATTENED NOINLINE static struct place place_of(const struct scene *scene, const struct ray *ray,
+                                                const struct hit *hit, struct vec3 *normal)
 {
     uint32_t index = primitive_index(hit->primitive);
     switch (primitive_kind(hit->primitive)) {
@@ -299,8 +302,8 @@ struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, con
     return offset_from_surface(&place, normal, vec_neg(ray->direction));
 }
 
-FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
-                          struct surface *surface)
+void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                struct surface *surface)
 {
     surface->material = primitive_material(scene, hit->primitive);
     if (scene->view.formulas == FORMULAS_PAPER)
