@@ -1,12 +1,13 @@
 #include "worker/corner.h"
 
 #include "worker/order.h"
-#include "worker/probe.h"
-#include "worker/several.h"
-#include "worker/traverse.h"
+#include "worker/primitive.h"
+#include "worker/visit.h"
 
 struct corner_walk {
-    struct probe probe;
+    const struct scene *scene;
+    const struct ray *ray;
+    struct shear shear;
     double low, high; /* range of distances along the ray */
     uint32_t hit;     /* the primitive that is hit */
     uint32_t count;
@@ -31,8 +32,11 @@ static void add_other(struct corner_walk *walk, const struct hit *other)
 static void look_at(struct corner_walk *walk, uint32_t id)
 {
     if (id == walk->hit) return;
-    struct crossings found = probe_crossings(&walk->probe, id, false);
-    unsigned i = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
+    const struct purpose purpose = {false, walk->ray->t_max};
+    uint64_t ignored = 0;
+    struct crossings found =
+        primitive_crossings(walk->scene, id, walk->ray, &walk->shear, &purpose, &ignored);
+    unsigned i = crossing_counts(walk->ray, found.t[0]) ? 0 : 1;
     struct hit other = {found.t[i], found.u, found.v, id, (uint16_t)found.part[i], 0};
     if (other.t >= walk->low && other.t <= walk->high) add_other(walk, &other);
 }
@@ -60,14 +64,15 @@ static double corner_reach(const struct ray *ray, double t)
 struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
                          const struct hit *hit)
 {
-    uint64_t exact = 0;
     double reach = corner_reach(ray, hit->t);
-    struct corner_walk walk = {
-        .low = hit->t - reach, .high = hit->t + reach, .hit = hit->primitive};
-    probe_begin(&walk.probe, scene, ray, false, &exact);
+    struct corner_walk walk = {.scene = scene,
+                               .ray = ray,
+                               .shear = shear_of(&ray->direction),
+                               .low = hit->t - reach,
+                               .high = hit->t + reach,
+                               .hit = hit->primitive};
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++)
         look_at(&walk, id);
-    for (lane_set trees = trees_of_ray(bvh, ray, walk.high); trees;)
-        traverse(take_tree(bvh, &trees), ray, walk.high, false, look_in_leaf, &walk);
+    visit_leaves(bvh, ray, walk.high, look_in_leaf, &walk);
     return surface_away_from_others(scene, ray, hit, walk.others, walk.count);
 }

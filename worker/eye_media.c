@@ -5,9 +5,8 @@
 #include "worker/coplanar.h"
 #include "worker/exact.h"
 #include "worker/nearest.h"
-#include "worker/several.h"
-#include "worker/traverse.h"
 #include "worker/triangle.h"
+#include "worker/visit.h"
 
 /* Media around a point that are found, the rays that find them, of which the first goes `ahead`: see media_at(). */
 #define EXITS_MAX  64
@@ -301,8 +300,7 @@ static bool is_on_mesh(const struct scene *scene, const struct bvh *bvh, struct 
     const struct ray ray = {
         .origin = point, .direction = {0, 0, 1}, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
     struct at_point at = {scene, point, false};
-    for (lane_set trees = trees_of_ray(bvh, &ray, 0); trees && !at.found;)
-        traverse(take_tree(bvh, &trees), &ray, 0, false, look_in_leaf, &at);
+    visit_leaves(bvh, &ray, 0, look_in_leaf, &at);
     return at.found;
 }
 

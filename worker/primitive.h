@@ -4,6 +4,12 @@
 
 #include "worker/triangle.h"
 
+/* The ids of the planes, which are tested for every ray, are consecutive. */
+static inline uint32_t plane_ids_end(const struct scene *scene)
+{
+    return primitive_id(PRIMITIVE_PLANE, (uint32_t)scene->primitives[PRIMITIVE_PLANE].count);
+}
+
 /* The box around a primitive; not for planes, which have none. */
 struct bounds primitive_bounds(const struct scene *scene, uint32_t id);
 

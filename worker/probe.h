@@ -57,12 +57,6 @@ static inline bool ray_is_finite(const struct ray *ray)
     return vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
 }
 
-/* The ids of the planes, which are tested for every ray, are consecutive. */
-static inline uint32_t plane_ids_end(const struct scene *scene)
-{
-    return primitive_id(PRIMITIVE_PLANE, (uint32_t)scene->primitives[PRIMITIVE_PLANE].count);
-}
-
 /* naive is a constant in every caller of this inlined function: the choice of formulas costs nothing per ray. */
 static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
 {
@@ -130,11 +124,6 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
         sets.maybe &=
             sort_in_double(probe, leaves + first, triangles - first, reach, &sets.certain);
     return sets;
-}
-
-static inline bool crossing_counts(const struct ray *ray, double t)
-{
-    return t > 0 && t < ray->t_max;
 }
 
 #endif

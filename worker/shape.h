@@ -40,6 +40,12 @@ struct purpose {
 
 #define ALL_CROSSINGS ((struct purpose){false, INFINITE})
 
+/* Whether a crossing is one of the ray, not of its line alone. */
+static inline bool crossing_counts(const struct ray *ray, double t)
+{
+    return t > 0 && t < ray->t_max;
+}
+
 static inline struct crossings one_crossing(double t)
 {
     return (struct crossings){.t = {t, NOT_CROSSED}};

@@ -1,6 +1,6 @@
 #include "worker/traverse.h"
 
-#include "worker/slabs.h"
+#include "worker/several.h"
 
 /* A child that is still to be visited. */
 struct pending {
@@ -67,4 +67,11 @@ void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double lim
             now = stack[--top];
         } while (!(now.enter <= limit));
     }
+}
+
+void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, visit_leaf *visit,
+                  void *context)
+{
+    for (lane_set trees = trees_of_ray(bvh, ray, limit); trees;)
+        traverse(take_tree(bvh, &trees), ray, limit, false, visit, context);
 }

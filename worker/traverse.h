@@ -3,10 +3,7 @@
 #define FARM_WORKER_TRAVERSE_H
 
 #include "worker/float_slabs.h"
-
-/* Tests the primitives of a leaf; may lower *limit; false ends the traversal. */
-typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                        double *limit);
+#include "worker/visit.h"
 
 /*
  * Visits all leaves that the ray reaches at t <= limit, near ones first if ordered. Leaves at exactly the

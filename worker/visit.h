@@ -1,0 +1,19 @@
+/* Visits to the leaves that a ray reaches. What is done for every ray has worker/traverse.h inlined instead. */
+#ifndef FARM_WORKER_VISIT_H
+#define FARM_WORKER_VISIT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "worker/bvh.h"
+#include "worker/ray.h"
+
+/* Tests the primitives of a leaf; may lower *limit; false ends the traversal of the tree. */
+typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                        double *limit);
+
+/* Visits the leaves of all trees that the ray reaches at 0 <= t <= limit, in any order. */
+void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, visit_leaf *visit,
+                  void *context);
+
+#endif
