@@ -13,8 +13,6 @@
 #include "worker/quad.h"
 #include "worker/wide.h"
 
-#define LANES 8
-
 /* Precedes a short loop over an array that is to be kept in registers. */
 #define UNROLLED _Pragma("GCC unroll 8")
 

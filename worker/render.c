@@ -6,7 +6,6 @@
 #include "common/message.h"
 #include "worker/eye_media.h"
 #include "worker/inlined.h"
-#include "worker/lanes.h"
 #include "worker/packet.h"
 #include "worker/renderer.h"
 

@@ -7,6 +7,10 @@
 
 #include <stdint.h>
 
+/* The doubles in a row of lanes, and the floats in one of floats: rays in a packet, children of a node, triangles that
+ * are tested together. */
+#define LANES 8
+
 /* A set of lanes: a bit for each number of a row, the lowest for the first. */
 typedef uint32_t lane_set;
 
