@@ -17,136 +17,48 @@
 #include "bench/outside.h"
 #include "bench/report_values.h"
 #include "common/message.h"
-#include "common/protocol.h"
 
 #define PAIRS_MAX 99
 
 /* ---- scenes ---- */
 
-/* The contents of a scene; whatever is left out in a case is 0. */
+/* The contents of a scene. */
 struct contents {
     unsigned spheres; /* count */
     unsigned grid;    /* edge of a mesh of 2 grid^2 triangles */
     /* The same for a mesh whose faces are left out: vertices that no face uses. */
     unsigned idle_grid;
-    bool two_sided; /* each face of the mesh is added again with the opposite orientation */
+    unsigned sides; /* 2: each face of the mesh is added again with the opposite orientation */
     double reflection, transmission, specular, diffuse;
     unsigned lights, black_lights;
     bool shadows;
 };
 
-static const struct contents everything = {.spheres = 400,
-                                           .grid = 60,
-                                           .reflection = 0.3,
-                                           .transmission = 0.5,
-                                           .specular = 0.4,
-                                           .diffuse = 0.7,
-                                           .lights = 3,
-                                           .shadows = true};
-
-struct omission {
+/* What each case lacks, and what its scene has, in the order of struct contents. */
+static const struct omission {
     const char *name;
-    void (*leave_out)(struct contents *contents);
-};
-
-static void leave_nothing(struct contents *contents)
-{
-    (void)contents;
-}
-
-static void leave_triangles(struct contents *contents)
-{
-    contents->grid = 0;
-}
-
-static void leave_spheres(struct contents *contents)
-{
-    contents->spheres = 0;
-}
-
-static void leave_reflection(struct contents *contents)
-{
-    contents->reflection = 0;
-}
-
-static void leave_refraction(struct contents *contents)
-{
-    contents->transmission = 0;
-}
-
-static void leave_shadows(struct contents *contents)
-{
-    contents->shadows = false;
-}
-
-static void leave_lights(struct contents *contents)
-{
-    contents->lights = 1;
-}
-
-static void blacken_lights(struct contents *contents)
-{
-    contents->lights = 1;
-    contents->black_lights = 2;
-}
-
-static void leave_specular(struct contents *contents)
-{
-    contents->specular = 0;
-}
-
-static void leave_diffuse(struct contents *contents)
-{
-    contents->diffuse = contents->specular = 0;
-}
-
-static void leave_further_rays(struct contents *contents)
-{
-    contents->reflection = contents->transmission = 0;
-}
-
-static void leave_all_but_faces(struct contents *contents)
-{
-    *contents = (struct contents){.grid = 60, .diffuse = 0.9, .lights = 1};
-}
-
-static void leave_objects(struct contents *contents)
-{
-    contents->spheres = 3;
-    contents->grid = 1;
-}
-
-static void leave_owners(struct contents *contents)
-{
-    contents->idle_grid = 200;
-}
-
-static void leave_other_sides(struct contents *contents)
-{
-    contents->two_sided = true;
-}
-
-static const struct omission omissions[] = {
-    {"nothing", leave_nothing},
-    {"triangles", leave_triangles},
-    {"spheres", leave_spheres},
-    {"reflection", leave_reflection},
-    {"refraction", leave_refraction},
-    {"reflection and refraction", leave_further_rays},
-    {"shadows", leave_shadows},
-    {"all lights but one", leave_lights},
-    {"the colour of two lights", blacken_lights},
-    {"specular", leave_specular},
-    {"diffuse and specular", leave_diffuse},
-    {"all but faces and a light", leave_all_but_faces},
-    {"most objects", leave_objects},
-    {"the owners of 40401 corners", leave_owners},
-    {"what a second side of faces shows", leave_other_sides},
+    struct contents contents;
+} omissions[] = {
+    {"nothing", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"triangles", {400, 0, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"spheres", {0, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"reflection", {400, 60, 0, 1, 0, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"refraction", {400, 60, 0, 1, 0.3, 0, 0.4, 0.7, 3, 0, true}},
+    {"reflection and refraction", {400, 60, 0, 1, 0, 0, 0.4, 0.7, 3, 0, true}},
+    {"shadows", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, false}},
+    {"all lights but one", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 1, 0, true}},
+    {"the colour of two lights", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 1, 2, true}},
+    {"specular", {400, 60, 0, 1, 0.3, 0.5, 0, 0.7, 3, 0, true}},
+    {"diffuse and specular", {400, 60, 0, 1, 0.3, 0.5, 0, 0, 3, 0, true}},
+    {"all but faces and a light", {0, 60, 0, 1, 0, 0, 0, 0.9, 1, 0, false}},
+    {"most objects", {3, 1, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"the owners of 40401 corners", {400, 60, 200, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    {"what a second side of faces shows", {400, 60, 0, 2, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
 };
 
 #define OMISSIONS (sizeof omissions / sizeof *omissions)
 
-/* Waves on a square sheet, with faces for so many sides: 0, 1 or 2. */
+/* Waves on a square sheet; sides: 0 for vertices alone. */
 static void write_grid(FILE *file, unsigned edge, double height, unsigned sides, unsigned first)
 {
     for (unsigned j = 0; j <= edge; j++)
@@ -166,7 +78,7 @@ static void write_mesh(const char *folder, const struct contents *contents)
 {
     FILE *file = open_to_write("%s/omit.obj", folder);
     unsigned edge = contents->grid;
-    write_grid(file, edge, -1, contents->two_sided ? 2 : 1, 1);
+    write_grid(file, edge, -1, contents->sides, 1);
     if (contents->idle_grid)
         write_grid(file, contents->idle_grid, -2, 0, (edge + 1) * (edge + 1) + 1);
     close_written(file);
@@ -282,12 +194,10 @@ static struct run median_run(const struct run *runs, unsigned count)
 static struct result compare(const struct omission *omission, const char *folder, unsigned width,
                              unsigned pairs)
 {
-    struct contents contents = everything;
     struct run own[PAIRS_MAX], full[PAIRS_MAX];
     double ratios[PAIRS_MAX];
     struct result result = {.name = omission->name};
-    omission->leave_out(&contents);
-    write_scene(folder, &contents, width);
+    write_scene(folder, &omission->contents, width);
     for (unsigned i = 0; i < pairs; i++) {
         /* The order within a pair alternates. */
         if (i % 2) full[i] = run_farm(folder, "full");
@@ -313,24 +223,16 @@ static const char *verdict(const struct result *result)
     return time ? "time" : bytes ? "bytes" : "nothing";
 }
 
-/* Bytes that are sent to each further node: the welcome, and the scene. */
-static double broadcast_bytes(const struct run *run)
-{
-    return run->scene_bytes + sizeof(struct welcome);
-}
-
 static void write_csv(const struct result *results)
 {
     FILE *file = open_to_write("bench/out/omit.csv");
-    fprintf(file, "left_out,time_ratio,least,most,own_s,full_s,own_scene_bytes,"
-                  "full_scene_bytes,own_broadcast_bytes,full_broadcast_bytes,own_resident_kib,"
-                  "full_resident_kib,saves\n");
+    fprintf(file, "left_out,time_ratio,least,most,own_s,full_s,own_scene_bytes,full_scene_bytes,"
+                  "own_resident_kib,full_resident_kib,saves\n");
     for (size_t i = 0; i < OMISSIONS; i++) {
         const struct result *r = &results[i];
-        fprintf(file, "%s,%.4f,%.4f,%.4f,%.6f,%.6f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%s\n", r->name,
-                r->ratio, r->lowest, r->highest, r->own.cpu_s, r->full.cpu_s, r->own.scene_bytes,
-                r->full.scene_bytes, broadcast_bytes(&r->own), broadcast_bytes(&r->full),
-                r->own.resident_kib, r->full.resident_kib, verdict(r));
+        fprintf(file, "%s,%.4f,%.4f,%.4f,%.6f,%.6f,%.0f,%.0f,%.0f,%.0f,%s\n", r->name, r->ratio,
+                r->lowest, r->highest, r->own.cpu_s, r->full.cpu_s, r->own.scene_bytes,
+                r->full.scene_bytes, r->own.resident_kib, r->full.resident_kib, verdict(r));
     }
     close_written(file);
 }
@@ -347,17 +249,14 @@ static void write_table(FILE *file, const struct result *results, unsigned pairs
     fprintf(file,
             "Own variant against the full one, %u pairs each; %s.\n\n"
             "| the scene lacks | CPU time own / full (least .. most) | scene bytes own, full | "
-            "broadcast "
-            "to a further node own, full | resident MiB own, full | saves |\n"
-            "|---|---|---|---|---|---|\n",
+            "resident MiB own, full | saves |\n|---|---|---|---|---|\n",
             pairs,
             any_differs(results) ? "PICTURES DIFFER" : "the pictures are the same, byte for byte");
     for (size_t i = 0; i < OMISSIONS; i++) {
         const struct result *r = &results[i];
-        fprintf(file, "| %s | %.3f (%.3f .. %.3f) | %.0f, %.0f | %.0f, %.0f | %.1f, %.1f | %s |\n",
-                r->name, r->ratio, r->lowest, r->highest, r->own.scene_bytes, r->full.scene_bytes,
-                broadcast_bytes(&r->own), broadcast_bytes(&r->full), r->own.resident_kib / 1024,
-                r->full.resident_kib / 1024, verdict(r));
+        fprintf(file, "| %s | %.3f (%.3f .. %.3f) | %.0f, %.0f | %.1f, %.1f | %s |\n", r->name,
+                r->ratio, r->lowest, r->highest, r->own.scene_bytes, r->full.scene_bytes,
+                r->own.resident_kib / 1024, r->full.resident_kib / 1024, verdict(r));
     }
 }
 
