@@ -22,7 +22,7 @@ static bool bounce(const struct scene *scene, const struct bvh *bvh, struct ray 
     if (hit.primitive == PRIMITIVE_NONE) return false;
     surface_at(scene, ray, &hit, surface);
     struct shading_point at = shading_point(scene, ray, surface);
-    *ray = (struct ray){surface->point, reflect(&at), HUGE_VAL, hit.primitive, hit.part};
+    *ray = stage_going_on(surface, &hit, reflect(&at));
     return true;
 }
 

@@ -337,8 +337,7 @@ static double odd_component(struct random *random)
 static struct ray odd_ray(struct random *random)
 {
     struct vec3 d = {odd_component(random), odd_component(random), odd_component(random)};
-    struct vec3 o = {(double)random_below(random, 9) - 4, (double)random_below(random, 9) - 4,
-                     (double)random_below(random, 9) - 4};
+    struct vec3 o = integer_point(random, 4);
     if (vec_is_zero(d)) d.z = 0x1p-1074;
     if (random_bits(random) & 1) d.x = random_sign(random);
     return stage_ray(o, d);

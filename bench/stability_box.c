@@ -194,9 +194,7 @@ static void cross_sheet(const struct stage *stage, const struct scene *scene, st
     if (good && expected) {
         struct surface surface;
         surface_at(scene, &ray, &hit, &surface);
-        ray.origin = surface.point;
-        ray.from = hit.primitive;
-        ray.from_part = hit.part;
+        ray = stage_going_on(&surface, &hit, ray.direction);
         good = stage_nearest(stage, scene, &ray, &fallbacks).primitive == PRIMITIVE_NONE;
     }
     if (!good) score_wrong(score, sample);

@@ -290,19 +290,11 @@ static struct ray aim_at_wire(struct random *random, const struct cone *cone)
 
 /* ---- row 42: cones with rational generators ---- */
 
-static double small_integer(struct random *random, uint64_t reach)
-{
-    return (double)random_below(random, 2 * reach + 1) - (double)reach;
-}
-
 /* The axis is a coordinate axis or one of length 5 or 3; radius and height are integers. */
 static struct cone integer_cone(struct random *random)
 {
     static const struct vec3 axes[] = {{0, 0, 1}, {0, -1, 0}, {3, 4, 0}, {2, -1, 2}};
-    struct vec3 base;
-    base.x = small_integer(random, 100);
-    base.y = small_integer(random, 100);
-    base.z = small_integer(random, 100);
+    struct vec3 base = integer_point(random, 100);
     struct vec3 axis = axes[random_below(random, sizeof axes / sizeof *axes)];
     struct vec3 apex = vec_add_scaled(base, axis, 1 + (double)random_below(random, 12));
     return (struct cone){.base = base,
@@ -330,13 +322,11 @@ static struct vec3 generator(struct random *random, const struct cone *cone)
 static struct ray aim_at_cone(struct random *random, const struct cone *cone)
 {
     double steps = 1 + (double)random_below(random, 64);
-    struct vec3 d =
-        vec3(small_integer(random, 9), small_integer(random, 9), small_integer(random, 9));
+    struct vec3 d = integer_point(random, 9);
     if (vec_is_zero(d)) d.x = 1;
     struct vec3 w = vec_sub(cone->apex, cone->base);
     struct vec3 beyond = vec_add_scaled(cone->apex, w, 1 + (double)random_below(random, 4));
-    struct vec3 beside =
-        vec3(small_integer(random, 20), small_integer(random, 20), small_integer(random, 20));
+    struct vec3 beside = integer_point(random, 20);
     switch (random_below(random, 5)) {
     case 0: /* at the tip */
         return stage_ray(vec_add_scaled(cone->apex, d, -steps), d);

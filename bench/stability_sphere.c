@@ -284,9 +284,7 @@ static bool order_is_right(const struct stage *stage, const struct scene *scene,
         if (hit.primitive != primitive_id(PRIMITIVE_SPHERE, (uint32_t)expected)) return false;
         struct surface surface;
         surface_at(scene, &ray, &hit, &surface);
-        ray.origin = surface.point;
-        ray.from = hit.primitive;
-        ray.from_part = hit.part;
+        ray = stage_going_on(&surface, &hit, ray.direction);
     }
     return stage_nearest(stage, scene, &ray, fallbacks).primitive == PRIMITIVE_NONE;
 }

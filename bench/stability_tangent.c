@@ -28,13 +28,6 @@ static struct vec3 turned(struct vec3 v, uint64_t turn)
     }
 }
 
-static struct vec3 integer_vector(struct random *random, uint64_t reach)
-{
-    double x = (double)random_below(random, 2 * reach) - (double)reach;
-    double y = (double)random_below(random, 2 * reach) - (double)reach;
-    return vec3(x, y, (double)random_below(random, 2 * reach) - (double)reach);
-}
-
 /* Tests rays that touch the sphere at exactly t = steps. A hit that is missed or has another t is wrong. */
 static void tangent_block(struct block *block, const void *context)
 {
@@ -47,13 +40,12 @@ static void tangent_block(struct block *block, const void *context)
         double steps = 1 + (double)random_below(random, 1 << 16);
         struct vec3 along = turned(frames[which].along, turn);
         struct vec3 across = turned(frames[which].across, turn);
-        struct sphere sphere = {.center = integer_vector(random, 1 << 24),
+        struct sphere sphere = {.center = integer_point(random, 1 << 24),
                                 .radius = multiple * frames[which].length};
         struct vec3 contact = vec_add_scaled(sphere.center, across, multiple);
         struct ray ray = stage_ray(vec_add_scaled(contact, along, -steps), along);
         struct stage stage = sphere_stage(&sphere);
         struct hit ours = stage_nearest(&stage, stage.ours, &ray, &block->tally->fallbacks);
-        ray.direction = along;
         struct hit paper = stage_nearest(&stage, stage.paper, &ray, NULL);
         if (ours.t != steps) score_wrong(&block->tally->ours, block->first + i);
         if (paper.t != steps) score_wrong(&block->tally->paper, block->first + i);
@@ -124,7 +116,7 @@ static struct ray start_on_integers(struct random *random, struct sphere *sphere
     uint64_t which = random_below(random, sizeof frames / sizeof *frames);
     uint64_t turn = random_bits(random);
     double multiple = 1 + (double)random_below(random, 1 << 16);
-    sphere->center = integer_vector(random, 1 << 24);
+    sphere->center = integer_point(random, 1 << 24);
     sphere->radius = multiple * frames[which].length;
     struct vec3 p = vec_add_scaled(sphere->center, turned(frames[which].across, turn), multiple);
     return stage_ray(p, random_unit(random));
