@@ -34,14 +34,21 @@ static struct stage mesh_stage(const struct mesh *mesh)
 
 /* ---- rays inside a star-shaped mesh ---- */
 
+struct star_ray {
+    struct ray ray;
+    bool in_kernel; /* there must be exactly one crossing; else an odd number */
+};
+
 struct star {
     struct mesh mesh;
     struct stage stage;
+    struct star_ray (*draw)(const struct star *star, uint64_t sample, struct random *random);
     struct vec3 middle;
     struct vec3 scale;   /* scaling of the mesh along the axes: powers of two */
     double kernel;       /* kernel_radius() before scaling: of a ball in the mesh's kernel */
     double inside;       /* radius of a ball inside the mesh, before scaling; 0: unknown */
     bool at_the_corners; /* rays go to all vertices and edges in turn, else anywhere */
+    uint32_t cells;      /* of a lattice, along each edge */
 };
 
 /* Half of the distance from p to the nearest plane of a triangle. Points closer to p than this distance are inside of
@@ -79,11 +86,6 @@ static struct vec3 corner_target(const struct mesh *mesh, uint64_t sample, struc
     double along = random_bits(random) >> 63 ? 0.5 : random_between(random, 0, 1);
     return vec_add_scaled(a, vec_sub(b, a), along);
 }
-
-struct star_ray {
-    struct ray ray;
-    bool in_kernel; /* there must be exactly one crossing; else an odd number */
-};
 
 static struct star_ray any_star_ray(const struct star *star, uint64_t sample, struct random *random)
 {
@@ -137,7 +139,7 @@ static void star_block(struct block *block, const void *context)
         size_t count = left < BATCH ? (size_t)left : BATCH;
         uint64_t sample = block->first + first;
         for (size_t i = 0; i < count; i++) {
-            struct star_ray any = any_star_ray(star, sample + i, &block->random);
+            struct star_ray any = star->draw(star, sample + i, &block->random);
             rays[i] = any.ray;
             in_kernel[i] = any.in_kernel;
         }
@@ -160,8 +162,11 @@ static void cast_in_star(const struct budget *budget, int number, uint64_t rays,
 
 static struct star ball(uint32_t cells, uint64_t seed, struct vec3 middle)
 {
-    struct star star = {
-        .mesh = ball_mesh(cells, seed), .middle = middle, .scale = {1, 1, 1}, .inside = 0.8};
+    struct star star = {.mesh = ball_mesh(cells, seed),
+                        .draw = any_star_ray,
+                        .middle = middle,
+                        .scale = {1, 1, 1},
+                        .inside = 0.8};
     mesh_translate(&star.mesh, middle);
     star.kernel = kernel_radius(&star.mesh, middle);
     return star;
@@ -226,7 +231,7 @@ static void run_20(const struct budget *budget, struct case_result *result)
     for (int i = 0; i < 6; i++)
         cast_in_flat_balls(budget, 2000 + 10 * i, scales[i / 2], i % 2, budget->many / 6, &tally);
     for (int i = 0; i < 2; i++) {
-        struct star star = {.scale = {1, 1, 1}, .at_the_corners = i % 2};
+        struct star star = {.draw = any_star_ray, .scale = {1, 1, 1}, .at_the_corners = i % 2};
         star.mesh = needle_mesh(budget->quick ? 300 : 1000);
         star.kernel = kernel_radius(&star.mesh, star.middle);
         cast_in_star(budget, 2060 + i, budget->many / 50, &star, &tally);
@@ -263,46 +268,25 @@ static double lattice_coordinate(struct random *random, uint32_t n)
 
 /* A ray from a lattice point or from half-way between two, along an axis. The other components are zeros of random
  * sign. */
-static struct ray lattice_ray(struct random *random, uint32_t n)
+static struct star_ray lattice_ray(const struct star *star, uint64_t sample, struct random *random)
 {
+    (void)sample;
+    uint32_t n = star->cells;
     double x = lattice_coordinate(random, n), y = lattice_coordinate(random, n);
     struct vec3 from = vec3(x, y, lattice_coordinate(random, n));
     double d[3];
     for (int axis = 0; axis < 3; axis++)
         d[axis] = copysign(0, random_sign(random));
     d[random_below(random, 3)] = random_sign(random) * exp2((double)random_below(random, 9) - 4);
-    return stage_ray(from, vec3(d[0], d[1], d[2]));
-}
-
-static void lattice_block(struct block *block, const void *context)
-{
-    const struct star *star = context;
-    uint32_t n = (uint32_t)star->inside;
-    struct ray rays[BATCH];
-    bool in_kernel[BATCH];
-    memset(in_kernel, 1, sizeof in_kernel);
-    for (uint64_t first = 0; first < block->count; first += BATCH) {
-        uint64_t left = block->count - first;
-        size_t count = left < BATCH ? (size_t)left : BATCH;
-        for (size_t i = 0; i < count; i++)
-            rays[i] = lattice_ray(&block->random, n);
-        uint64_t sample = block->first + first;
-        check_batch(star, star->stage.ours, rays, in_kernel, count, sample, block->tally);
-        if (block->first / SHARE_BLOCK % PAPER_SHARE == 0)
-            check_batch(star, star->stage.paper, rays, in_kernel, count, sample, block->tally);
-        block->tally->samples += count;
-    }
+    return (struct star_ray){stage_ray(from, vec3(d[0], d[1], d[2])), .in_kernel = true};
 }
 
 static void run_21(const struct budget *budget, struct case_result *result)
 {
     struct tally tally = {.samples = 0};
     uint32_t n = mesh_cells(budget);
-    struct star star = {.mesh = lattice_mesh(n), .inside = n};
-    star.stage = mesh_stage(&star.mesh);
-    share(budget, 21, budget->many, lattice_block, &star, &tally);
-    stage_free(&star.stage);
-    mesh_free(&star.mesh);
+    struct star star = {.mesh = lattice_mesh(n), .draw = lattice_ray, .cells = n};
+    cast_in_star(budget, 21, budget->many, &star, &tally);
     conclude(result, &tally, NULL, 0);
 }
 
