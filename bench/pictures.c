@@ -8,50 +8,6 @@
 #include "common/message.h"
 #include "test/renderer_fixture.h"
 
-const struct stability_case picture_cases[] = {
-    {30, "whole scene x 2^k, |k| <= 60", "self", "pictures identical", .run = run_scaling},
-    {31, "scene x 10^+-9", "self", "same ids, <= 1e-12 outside the mask",
-     .run = run_decimal_scaling},
-    {32, "scene moved by 2^20 .. 2^40", "MPFR", "ids as on the rounded input",
-     .run = run_translation},
-    {33, "light on a surface, inside, at the hit", "closed form", "finite, as told",
-     .run = run_light_places},
-    {34, "visibility p to l against l to p", "MPFR", "agree outside the bound",
-     .run = run_mutual_visibility},
-    {35, "BVH against brute force, all leaf sizes", "brute force", "id and t bitwise",
-     .run = run_tree},
-    {36, "direction 0 or denormal, origin on slabs", "brute force", "id and t bitwise",
-     .run = run_tree_axes},
-    {37, "1e-9 and 1e9 in one tree, origin at 1e12", "brute force", "id and t bitwise",
-     .run = run_tree_sizes},
-    {38, "1e6 equal centroids", "-", "build ends, depth <= cap", .run = run_equal_centroids},
-    {39, "rays that are NaN or infinite", "-", "miss, <= 2.5 times the time", .run = run_bad_rays},
-    {45, "Phong, n = 1 .. 1e9", "MPFR", "<= 1e-14; <= 5e-13 below 1e-12", .run = run_phong},
-    {46, "Phong, n = 0, infinite, cos b <= 0, underflow", "closed form", "no NaN, <= 1.05 x time",
-     .run = run_phong_ends},
-    {47, "lights of 1e30 and 1e-30; light x 2^k", "MPFR, self", "<= 4 u; bitwise",
-     .run = run_light_sums},
-    {48, "refraction between equal media", "closed form", "direction bitwise",
-     .run = run_equal_media},
-    {49, "eta 1+1e-7, 1e+-3, critical +-1e-12", "MPFR", "k <= 1e-15; total reflection exact",
-     .run = run_snell},
-    {50, "reflection at grazing 1e-12", "MPFR", "r.n >= 0, |r| - 1 <= 2 u", .run = run_grazing},
-    {51, "1000 and 10000 plane mirrors", "closed form", "series <= D 2 u; 128 kB stack",
-     .run = run_mirrors},
-    {52, "mirror balls, depth 20", "MPFR", "<= u x amplification", .run = run_mirror_balls},
-    {53, "cutoff sweep", "deep run", "error <= bound in every pixel", .run = run_cutoff},
-    {54, "glass cluster, depth 30, kr + kt = 1", "-", "rays <= D / tau per pixel",
-     .run = run_glass_cluster},
-    {55, "media: nested, overlapping, eye inside", "closed form", "0 unmatched, 0 left open",
-     .run = run_media},
-    {56, "ranks, tile sizes, schedules", "self", "pictures identical", .run = run_processes},
-    {57, "builds: FMA, -O0 / -O3, gcc / clang", "self", "pictures identical", .run = run_builds},
-    {58, "any scene", "-", "0 non-finite; injected NaN found", .run = run_any_scene},
-    {59, "kernel against a picture in 448 bits", "MPFR", "0 unexplained pixels",
-     .run = run_reference},
-    {.number = 0},
-};
-
 /* ---- scenes from files ---- */
 
 struct scene *picture_load(const char *path, const char *const *overrides)

@@ -1,27 +1,13 @@
-/* The cases of the catalogue about rays among many objects, light and whole pictures. */
+/* What the cases about rays among many objects, light and whole pictures share. */
 #ifndef FARM_BENCH_PICTURES_H
 #define FARM_BENCH_PICTURES_H
 
 #include "bench/stability.h"
 #include "common/protocol.h"
 
-typedef void run_case(const struct budget *budget, struct case_result *result);
-
-run_case run_scaling, run_decimal_scaling, run_translation; /* 30-32, pictures_moved.c */
-run_case run_light_places, run_mutual_visibility;           /* 33-34, pictures_rays.c */
-run_case run_tree, run_tree_axes, run_tree_sizes;           /* 35-37, pictures_tree.c */
-run_case run_equal_centroids, run_bad_rays;                 /* 38-39, pictures_tree.c */
-run_case run_phong, run_phong_ends, run_light_sums;         /* 45-47, pictures_light.c */
-run_case run_equal_media, run_snell, run_grazing;           /* 48-50, pictures_light.c */
-run_case run_mirrors, run_mirror_balls;                     /* 51-52, pictures_bounce.c */
-run_case run_cutoff, run_glass_cluster, run_media;          /* 53-55, pictures_bounce.c */
-run_case run_processes, run_builds, run_any_scene;          /* 56-58, pictures_farm.c */
-run_case run_reference;                                     /* 59, pictures_reference.c */
-
 /* ---- scenes from files ---- */
 
-/* Loads the scene of an .ini, .nff or .obj file; overrides as on the command line, ended by NULL. Returns NULL
- * when it cannot be loaded, with a message on stderr. Freed by free(). */
+/* scene_load() of a scene with all its files in its folder, for the kernel of stage_kernel(). */
 struct scene *picture_load(const char *path, const char *const *overrides);
 
 /* The scene files of config/, config/extreme/ and the folder that SCENES names, or, for a quick

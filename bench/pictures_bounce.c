@@ -122,7 +122,7 @@ static double direction_error(uint32_t depth, enum formulas formulas)
     return worst;
 }
 
-void run_mirrors(const struct budget *budget, struct case_result *result)
+static void run_mirrors(const struct budget *budget, struct case_result *result)
 {
     (void)budget;
     const uint32_t depths[] = {1000, 10000};
@@ -252,7 +252,7 @@ static double path_error(struct exact_path *x, const struct scene *scene, const 
     return worst;
 }
 
-void run_mirror_balls(const struct budget *budget, struct case_result *result)
+static void run_mirror_balls(const struct budget *budget, struct case_result *result)
 {
     struct tally tally = {.samples = 0};
     struct random random = random_seeded(52, 0);
@@ -356,7 +356,7 @@ static uint64_t broken_bounds(struct scene *scene, const struct bvh *bvh,
     return broken;
 }
 
-void run_cutoff(const struct budget *budget, struct case_result *result)
+static void run_cutoff(const struct budget *budget, struct case_result *result)
 {
     struct scene *scene = cluster(false, budget->quick ? 16 : 64);
     struct bvh *bvh = scene_tree(scene);
@@ -388,7 +388,7 @@ void run_cutoff(const struct budget *budget, struct case_result *result)
  * tau, the part of the picture below which a ray need not be traced, is the cutoff divided by the most that a
  * ray can contribute: D times a surface's colour (nothing is lost on the way) plus the sky.
  */
-void run_glass_cluster(const struct budget *budget, struct case_result *result)
+static void run_glass_cluster(const struct budget *budget, struct case_result *result)
 {
     const double cutoff = 1.0 / 512;
     const uint32_t depth = 30;
@@ -459,7 +459,7 @@ static void around_the_eye(struct builder *builder)
     nested(builder);
 }
 
-void run_media(const struct budget *budget, struct case_result *result)
+static void run_media(const struct budget *budget, struct case_result *result)
 {
     void (*const scenes[])(struct builder *) = {nested, overlapping, around_the_eye};
     uint32_t edge = budget->quick ? 32 : 512;
@@ -485,3 +485,15 @@ void run_media(const struct budget *budget, struct case_result *result)
              (unsigned long long)unmatched, (unsigned long long)open);
     picture_verdict(result, 3ull * edge * edge, unmatched + open);
 }
+
+const struct stability_case bounce_cases[] = {
+    {51, "1000 and 10000 plane mirrors", "closed form", "series <= D 2 u; 128 kB stack",
+     .run = run_mirrors},
+    {52, "mirror balls, depth 20", "MPFR", "<= u x amplification", .run = run_mirror_balls},
+    {53, "cutoff sweep", "deep run", "error <= bound in every pixel", .run = run_cutoff},
+    {54, "glass cluster, depth 30, kr + kt = 1", "-", "rays <= D / tau per pixel",
+     .run = run_glass_cluster},
+    {55, "media: nested, overlapping, eye inside", "closed form", "0 unmatched, 0 left open",
+     .run = run_media},
+    {.number = 0},
+};

@@ -33,7 +33,7 @@ static bool trial_differs(const struct trial *trial, const char *folder, bool qu
     return !first && run_shell("cmp -s %s/first.pfm %s/next.pfm", folder, folder) != 0;
 }
 
-void run_processes(const struct budget *budget, struct case_result *result)
+static void run_processes(const struct budget *budget, struct case_result *result)
 {
     const struct trial trials[] = {
         {0, ""},
@@ -68,7 +68,7 @@ void run_processes(const struct budget *budget, struct case_result *result)
 
 /* ---- 57 ---- */
 
-void run_builds(const struct budget *budget, struct case_result *result)
+static void run_builds(const struct budget *budget, struct case_result *result)
 {
     result->verdict = VERDICT_MARKED;
     if (budget->quick) {
@@ -137,7 +137,7 @@ static bool injected_found(const char *path, const char *const *size)
     return found;
 }
 
-void run_any_scene(const struct budget *budget, struct case_result *result)
+static void run_any_scene(const struct budget *budget, struct case_result *result)
 {
     const char *const *size = budget->quick ? quick_size : full_size;
     uint64_t scenes = 0, bad = 0, paper = 0, unread = 0;
@@ -165,3 +165,10 @@ void run_any_scene(const struct budget *budget, struct case_result *result)
              (unsigned long long)bad, (unsigned long long)scenes, found ? "found" : "MISSED");
     picture_verdict(result, scenes, bad + unread + !found);
 }
+
+const struct stability_case farm_cases[] = {
+    {56, "ranks, tile sizes, schedules", "self", "pictures identical", .run = run_processes},
+    {57, "builds: FMA, -O0 / -O3, gcc / clang", "self", "pictures identical", .run = run_builds},
+    {58, "any scene", "-", "0 non-finite; injected NaN found", .run = run_any_scene},
+    {.number = 0},
+};

@@ -122,13 +122,6 @@ static void compare_lobes(struct block *block, const void *context)
     numbers_clear(&x);
 }
 
-void run_phong(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 45, budget->rays, compare_lobes, NULL, &tally);
-    conclude(result, &tally, "x allowed", 1);
-}
-
 /* ---- 46 ---- */
 
 #define LOBES 512
@@ -171,7 +164,7 @@ static bool infinite_refused(void)
     return refused;
 }
 
-void run_phong_ends(const struct budget *budget, struct case_result *result)
+static void run_phong_ends(const struct budget *budget, struct case_result *result)
 {
     static struct vec3 normal_case[LOBES][3], faint_case[LOBES][3];
     struct random random = random_seeded(46, 0);
@@ -266,7 +259,7 @@ static uint64_t scaled_lights(int step)
     return wrong;
 }
 
-void run_light_sums(const struct budget *budget, struct case_result *result)
+static void run_light_sums(const struct budget *budget, struct case_result *result)
 {
     struct tally tally = {.samples = 0};
     share(budget, 47, budget->rays, compare_sums, NULL, &tally);
@@ -296,13 +289,6 @@ static void pass_equal(struct block *block, const void *context)
             score_wrong(&block->tally->paper, block->first + i);
         block->tally->samples++;
     }
-}
-
-void run_equal_media(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 48, budget->rays, pass_equal, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
 }
 
 /* ---- 49 ---- */
@@ -371,13 +357,6 @@ static void compare_k(struct block *block, const void *context)
     mpfr_clears(k, other, (mpfr_ptr)NULL);
 }
 
-void run_snell(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 49, budget->rays, compare_k, NULL, &tally);
-    conclude(result, &tally, "relative", 1e-15);
-}
-
 /* ---- 50 ---- */
 
 /* | |r| - 1 | in u; a direction below the surface is wrong. */
@@ -414,9 +393,17 @@ static void graze(struct block *block, const void *context)
     numbers_clear(&x);
 }
 
-void run_grazing(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 50, budget->rays, graze, NULL, &tally);
-    conclude(result, &tally, "u of |r| - 1", 2);
-}
+const struct stability_case light_cases[] = {
+    {45, "Phong, n = 1 .. 1e9", "MPFR", "<= 1e-14; <= 5e-13 below 1e-12", .work = compare_lobes,
+     .unit = "x allowed", .limit = 1},
+    {46, "Phong, n = 0, infinite, cos b <= 0, underflow", "closed form", "no NaN, <= 1.05 x time",
+     .run = run_phong_ends},
+    {47, "lights of 1e30 and 1e-30; light x 2^k", "MPFR, self", "<= 4 u; bitwise",
+     .run = run_light_sums},
+    {48, "refraction between equal media", "closed form", "direction bitwise", .work = pass_equal},
+    {49, "eta 1+1e-7, 1e+-3, critical +-1e-12", "MPFR", "k <= 1e-15; total reflection exact",
+     .work = compare_k, .unit = "relative", .limit = 1e-15},
+    {50, "reflection at grazing 1e-12", "MPFR", "r.n >= 0, |r| - 1 <= 2 u", .work = graze,
+     .unit = "u of |r| - 1", .limit = 2},
+    {.number = 0},
+};

@@ -77,7 +77,7 @@ static uint64_t scale_scene(const struct budget *budget, struct scene *scene, co
     return items * pixels;
 }
 
-void run_scaling(const struct budget *budget, struct case_result *result)
+static void run_scaling(const struct budget *budget, struct case_result *result)
 {
     uint64_t pixels = 0, wrong[FORMULAS] = {0}, unread = 0;
     char **files = picture_files(budget->quick);
@@ -242,7 +242,7 @@ static void compare_sizes(const struct scene *scene, struct comparison sums[FORM
         sized_free(&sizes[i]);
 }
 
-void run_decimal_scaling(const struct budget *budget, struct case_result *result)
+static void run_decimal_scaling(const struct budget *budget, struct case_result *result)
 {
     /* Depth 0: later bounces multiply the rounding of the input (row 52 is about those). */
     const char *const quick[] = {"image.width=24",     "image.height=18",   "sampling.samples=1",
@@ -305,7 +305,7 @@ static void translated_rays(struct block *block, const void *context)
     reference_free(reference);
 }
 
-void run_translation(const struct budget *budget, struct case_result *result)
+static void run_translation(const struct budget *budget, struct case_result *result)
 {
     struct tally tally = {.samples = 0};
     uint64_t rays = budget->rays / 11 + 1;
@@ -324,3 +324,12 @@ void run_translation(const struct budget *budget, struct case_result *result)
     }
     conclude(result, &tally, NULL, 0);
 }
+
+const struct stability_case moved_cases[] = {
+    {30, "whole scene x 2^k, |k| <= 60", "self", "pictures identical", .run = run_scaling},
+    {31, "scene x 10^+-9", "self", "same ids, <= 1e-12 outside the mask",
+     .run = run_decimal_scaling},
+    {32, "scene moved by 2^20 .. 2^40", "MPFR", "ids as on the rounded input",
+     .run = run_translation},
+    {.number = 0},
+};

@@ -59,7 +59,7 @@ static uint64_t bad_pixels(struct vec3 light, enum expectation expected, enum fo
     return bad;
 }
 
-void run_light_places(const struct budget *budget, struct case_result *result)
+static void run_light_places(const struct budget *budget, struct case_result *result)
 {
     (void)budget;
     const struct {
@@ -136,7 +136,7 @@ static void see_both_ways(struct block *block, const void *context)
     reference_free(reference);
 }
 
-void run_mutual_visibility(const struct budget *budget, struct case_result *result)
+static void run_mutual_visibility(const struct budget *budget, struct case_result *result)
 {
     struct random random = random_seeded(34, 0);
     struct builder *builder = builder_create();
@@ -147,3 +147,11 @@ void run_mutual_visibility(const struct budget *budget, struct case_result *resu
     stage_free(&stage);
     conclude(result, &tally, NULL, 0);
 }
+
+const struct stability_case ray_cases[] = {
+    {33, "light on a surface, inside, at the hit", "closed form", "finite, as told",
+     .run = run_light_places},
+    {34, "visibility p to l against l to p", "MPFR", "agree outside the bound",
+     .run = run_mutual_visibility},
+    {.number = 0},
+};

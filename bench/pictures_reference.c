@@ -112,7 +112,7 @@ static uint64_t paper_differences(struct scene *scene, const struct picture *exa
     return different;
 }
 
-void run_reference(const struct budget *budget, struct case_result *result)
+static void run_reference(const struct budget *budget, struct case_result *result)
 {
     const char *const files[] = {
         "test/data/everything.ini",   "config/extreme/ground.ini", "config/extreme/distant.ini",
@@ -146,3 +146,9 @@ void run_reference(const struct budget *budget, struct case_result *result)
              (unsigned long long)sum.amplified, (unsigned long long)sum.unexplained);
     picture_verdict(result, sum.pixels, sum.unexplained + unread);
 }
+
+const struct stability_case reference_cases[] = {
+    {59, "kernel against a picture in 448 bits", "MPFR", "0 unexplained pixels",
+     .run = run_reference},
+    {.number = 0},
+};

@@ -319,7 +319,7 @@ static struct ray any_ray(struct random *random)
     return stage_ray(origin, vec_sub(random_point(random, 10), origin));
 }
 
-void run_tree(const struct budget *budget, struct case_result *result)
+static void run_tree(const struct budget *budget, struct case_result *result)
 {
     struct random random = random_seeded(35, 0);
     struct builder *builder = builder_create();
@@ -344,7 +344,7 @@ static struct ray odd_ray(struct random *random)
 }
 
 /* Boxes, triangles, discs and balls on a lattice, so that origins lie in their bounds' planes. */
-void run_tree_axes(const struct budget *budget, struct case_result *result)
+static void run_tree_axes(const struct budget *budget, struct case_result *result)
 {
     struct random random = random_seeded(36, 0);
     struct builder *builder = builder_create();
@@ -371,7 +371,7 @@ static struct ray far_ray(struct random *random)
     return stage_ray(origin, vec_sub(target, origin));
 }
 
-void run_tree_sizes(const struct budget *budget, struct case_result *result)
+static void run_tree_sizes(const struct budget *budget, struct case_result *result)
 {
     struct random random = random_seeded(37, 0);
     struct builder *builder = builder_create();
@@ -403,7 +403,7 @@ static unsigned depth_of(const struct bvh *bvh, uint32_t at)
     return 1 + depth;
 }
 
-void run_equal_centroids(const struct budget *budget, struct case_result *result)
+static void run_equal_centroids(const struct budget *budget, struct case_result *result)
 {
     uint64_t count = budget->quick ? 20000 : 1000000;
     struct builder *builder = builder_create();
@@ -445,7 +445,7 @@ static double time_of(const struct stage *stage, const struct ray *rays, struct 
     return clock_wall() - start;
 }
 
-void run_bad_rays(const struct budget *budget, struct case_result *result)
+static void run_bad_rays(const struct budget *budget, struct case_result *result)
 {
     struct random random = random_seeded(39, 0);
     struct builder *builder = builder_create();
@@ -473,3 +473,15 @@ void run_bad_rays(const struct budget *budget, struct case_result *result)
     free(rays);
     stage_free(&stage);
 }
+
+const struct stability_case tree_cases[] = {
+    {35, "BVH against brute force, all leaf sizes", "brute force", "id and t bitwise",
+     .run = run_tree},
+    {36, "direction 0 or denormal, origin on slabs", "brute force", "id and t bitwise",
+     .run = run_tree_axes},
+    {37, "1e-9 and 1e9 in one tree, origin at 1e12", "brute force", "id and t bitwise",
+     .run = run_tree_sizes},
+    {38, "1e6 equal centroids", "-", "build ends, depth <= cap", .run = run_equal_centroids},
+    {39, "rays that are NaN or infinite", "-", "miss, <= 2.5 times the time", .run = run_bad_rays},
+    {.number = 0},
+};

@@ -67,18 +67,24 @@ struct stability_case {
 };
 
 /* One table per file, ended by an entry with number 0. */
-extern const struct stability_case sphere_cases[];   /* 1-4, 8, 9, 11, 12 */
-extern const struct stability_case tangent_cases[];  /* 5-7 */
-extern const struct stability_case refused_cases[];  /* 10 */
-extern const struct stability_case flat_cases[];     /* 13, 14 */
-extern const struct stability_case box_cases[];      /* 15, 16 */
-extern const struct stability_case mesh_cases[];     /* 17-21 */
-extern const struct stability_case coplanar_cases[]; /* 22, 23 */
-extern const struct stability_case triangle_cases[]; /* 24, 25 */
-extern const struct stability_case contact_cases[];  /* 26-29 */
-extern const struct stability_case cone_cases[];     /* 40-44 */
-extern const struct stability_case picture_cases[];  /* 30-39, 45-59 */
-extern const struct stability_case touching_cases[]; /* 60, 61 */
+extern const struct stability_case sphere_cases[];    /* 1-4, 8, 9, 11, 12 */
+extern const struct stability_case tangent_cases[];   /* 5-7 */
+extern const struct stability_case refused_cases[];   /* 10 */
+extern const struct stability_case flat_cases[];      /* 13, 14 */
+extern const struct stability_case box_cases[];       /* 15, 16 */
+extern const struct stability_case mesh_cases[];      /* 17-21 */
+extern const struct stability_case coplanar_cases[];  /* 22, 23 */
+extern const struct stability_case triangle_cases[];  /* 24, 25 */
+extern const struct stability_case contact_cases[];   /* 26-29 */
+extern const struct stability_case moved_cases[];     /* 30-32 */
+extern const struct stability_case ray_cases[];       /* 33, 34 */
+extern const struct stability_case tree_cases[];      /* 35-39 */
+extern const struct stability_case cone_cases[];      /* 40-44 */
+extern const struct stability_case light_cases[];     /* 45-50 */
+extern const struct stability_case bounce_cases[];    /* 51-55 */
+extern const struct stability_case farm_cases[];      /* 56-58 */
+extern const struct stability_case reference_cases[]; /* 59 */
+extern const struct stability_case touching_cases[];  /* 60, 61 */
 
 /* ---- random numbers: the same on every run and machine, whatever the number of threads ---- */
 

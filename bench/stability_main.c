@@ -20,8 +20,9 @@
 #define QUICK_MANY UINT64_C(12000)
 
 static const struct stability_case *const tables[] = {
-    sphere_cases,   tangent_cases,  refused_cases, flat_cases, box_cases,     mesh_cases,
-    coplanar_cases, triangle_cases, contact_cases, cone_cases, picture_cases, touching_cases};
+    sphere_cases,   tangent_cases,  refused_cases, flat_cases,  box_cases,       mesh_cases,
+    coplanar_cases, triangle_cases, contact_cases, moved_cases, ray_cases,       tree_cases,
+    cone_cases,     light_cases,    bounce_cases,  farm_cases,  reference_cases, touching_cases};
 
 static const char *const verdict_names[] = {"green", "RED", "marked"};
 
