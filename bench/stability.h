@@ -152,12 +152,7 @@ static inline struct vec3 integer_point(struct random *random, int reach)
     return vec3(x, y, (double)random_below(random, span) - reach);
 }
 
-/* x, y or z of a vector, by number. */
-static inline double component(struct vec3 v, unsigned axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
+/* Sets x, y or z, by number. */
 static inline void set_component(struct vec3 *v, unsigned axis, double value)
 {
     *(axis == 0 ? &v->x : axis == 1 ? &v->y : &v->z) = value;

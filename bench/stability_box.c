@@ -40,8 +40,9 @@ static bool line_in_box(struct box_truth *truth, const struct box *box, const st
 {
     bool bounded = false;
     for (unsigned axis = 0; axis < 3; axis++) {
-        double min = component(box->min, axis), max = component(box->max, axis);
-        double origin = component(ray->origin, axis), speed = component(ray->direction, axis);
+        double min = vec_component(&box->min, axis), max = vec_component(&box->max, axis);
+        double origin = vec_component(&ray->origin, axis),
+               speed = vec_component(&ray->direction, axis);
         if (speed == 0) {
             if (origin < min || origin > max) return false;
             continue;
@@ -76,8 +77,8 @@ static struct box any_box(struct random *random)
     struct box box = {.min = {fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z)},
                       .max = {fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)}};
     for (unsigned axis = 0; axis < 3; axis++) {
-        double min = component(box.min, axis);
-        if (min == component(box.max, axis)) set_component(&box.max, axis, min + 1);
+        double min = vec_component(&box.min, axis);
+        if (min == vec_component(&box.max, axis)) set_component(&box.max, axis, min + 1);
     }
     return box;
 }
@@ -87,7 +88,7 @@ static struct vec3 point_of_box(struct random *random, const struct box *box)
 {
     struct vec3 p;
     for (unsigned axis = 0; axis < 3; axis++) {
-        double min = component(box->min, axis), max = component(box->max, axis);
+        double min = vec_component(&box->min, axis), max = vec_component(&box->max, axis);
         double between[3] = {min, max, random_between(random, min, max)};
         if (random_bits(random) >> 63) between[2] = floor(between[2]) < min ? min : between[2];
         set_component(&p, axis, between[random_below(random, 3)]);
@@ -166,7 +167,7 @@ static void flatten(struct stage *stage, unsigned axis)
         char *block = (char *)scenes[i];
         struct box *box =
             (struct box *)(void *)(block + scenes[i]->primitives[PRIMITIVE_BOX].offset);
-        set_component(&box->max, axis, component(box->min, axis));
+        set_component(&box->max, axis, vec_component(&box->min, axis));
     }
     free(stage->bvh);
     stage->bvh = scene_tree(stage->ours);
@@ -175,8 +176,8 @@ static void flatten(struct stage *stage, unsigned axis)
 static bool in_sheets_plane(const struct box *box, const struct ray *ray)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
-        if (component(box->min, axis) == component(box->max, axis))
-            return component(ray->direction, axis) == 0;
+        if (vec_component(&box->min, axis) == vec_component(&box->max, axis))
+            return vec_component(&ray->direction, axis) == 0;
     }
     return false;
 }

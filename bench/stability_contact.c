@@ -275,8 +275,7 @@ static struct ray ray_to_pane(struct random *random, const struct scene *scene, 
                         random_between(random, -500, 500)};
     double d[3] = {random_between(random, -1, 1), random_between(random, -1, 1),
                    random_between(random, -1, 1)};
-    double at = axis == 0 ? box->min.x : axis == 1 ? box->min.y : box->min.z;
-    across[axis] = at;
+    across[axis] = vec_component(&box->min, axis);
     d[axis] = random_between(random, 0.1, 1) * random_sign(random);
     struct vec3 direction = vec_normalize(vec3(d[0], d[1], d[2]));
     struct vec3 target = vec3(across[0], across[1], across[2]);

@@ -111,7 +111,7 @@ static struct ray aim_at_rim(struct random *random, const struct disc *disc)
     struct vec3 origin = vec_add_scaled(rim, random_unit(random), random_log(random, 0.1, 1e4));
     struct vec3 direction = vec_sub(rim, origin);
     for (unsigned axis = 0; axis < 3; axis++)
-        set_component(&direction, axis, ulp_step(random, component(direction, axis)));
+        set_component(&direction, axis, ulp_step(random, vec_component(&direction, axis)));
     return stage_ray(origin, direction);
 }
 
@@ -119,18 +119,20 @@ static struct ray aim_at_rim(struct random *random, const struct disc *disc)
  * through it or one ulp beside it. */
 static struct ray aim_at_integer_rim(struct random *random, const struct disc *disc)
 {
-    unsigned z = component(disc->normal, 0) != 0 ? 0 : component(disc->normal, 1) != 0 ? 1 : 2;
+    unsigned z = vec_component(&disc->normal, 0) != 0   ? 0
+                 : vec_component(&disc->normal, 1) != 0 ? 1
+                                                        : 2;
     unsigned x = (z + 1) % 3, y = (z + 2) % 3;
     struct vec3 p = disc->center, step = integer_point(random, 50);
-    set_component(&p, x, component(p, x) + random_sign(random) * 0.6 * disc->radius);
-    set_component(&p, y, component(p, y) + random_sign(random) * 0.8 * disc->radius);
-    if (component(step, z) == 0) set_component(&step, z, 1);
+    set_component(&p, x, vec_component(&p, x) + random_sign(random) * 0.6 * disc->radius);
+    set_component(&p, y, vec_component(&p, y) + random_sign(random) * 0.8 * disc->radius);
+    if (vec_component(&step, z) == 0) set_component(&step, z, 1);
     struct vec3 origin = vec_add_scaled(p, step, -(1 + (double)random_below(random, 100)));
     if (random_bits(random) >> 63) {
         set_component(&step, x, 0);
         set_component(&step, y, 0);
-        set_component(&origin, x, ulp_step(random, component(p, x)));
-        set_component(&origin, y, ulp_step(random, component(p, y)));
+        set_component(&origin, x, ulp_step(random, vec_component(&p, x)));
+        set_component(&origin, y, ulp_step(random, vec_component(&p, y)));
     }
     return stage_ray(origin, step);
 }
