@@ -16,19 +16,6 @@ static void *own(struct model *model, uint64_t count, size_t size)
     return allocate(count, size);
 }
 
-static bool is_transparent(const struct scene *scene, enum primitive_kind kind, uint32_t index)
-{
-    uint32_t material = primitive_material(scene, primitive_id(kind, index));
-    return scene_materials(scene)[material].transmission > 0;
-}
-
-static const uint32_t *corners_of(const struct scene *scene, enum primitive_kind kind,
-                                  uint32_t index)
-{
-    return kind == PRIMITIVE_TRIANGLE ? scene_triangles(scene)[index].vertex
-                                      : scene_patches(scene)[index].vertex;
-}
-
 /* Only the vertices that this part uses. */
 static void fill_mesh(const struct part *part, RTCGeometry geometry)
 {
@@ -40,7 +27,7 @@ static void fill_mesh(const struct part *part, RTCGeometry geometry)
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), part->count);
     for (uint32_t i = 0; i < part->count; i++)
         for (int k = 0; k < 3; k++) {
-            uint32_t vertex = corners_of(scene, part->kind, part->index[i])[k];
+            uint32_t vertex = corner_indices(scene, primitive_id(part->kind, part->index[i]))[k];
             if (number[vertex] == UINT32_MAX) number[vertex] = used++;
             corners[3 * i + (unsigned)k] = number[vertex];
         }
@@ -139,7 +126,7 @@ static void filter_shadow(const struct RTCFilterFunctionNArguments *arguments)
 
 static enum RTCGeometryType geometry_type(enum primitive_kind kind)
 {
-    if (kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH) return RTC_GEOMETRY_TYPE_TRIANGLE;
+    if (kind_is_triangle(kind)) return RTC_GEOMETRY_TYPE_TRIANGLE;
     return kind == PRIMITIVE_SPHERE ? RTC_GEOMETRY_TYPE_SPHERE_POINT : RTC_GEOMETRY_TYPE_USER;
 }
 
@@ -175,8 +162,9 @@ static void add_part(struct model *model, enum primitive_kind kind, bool transpa
     part->index = allocate(all, sizeof *part->index);
     part->material = allocate(all, sizeof *part->material);
     for (uint32_t i = 0; i < all; i++) {
-        if (is_transparent(scene, kind, i) != transparent) continue;
-        part->material[part->count] = primitive_material(scene, primitive_id(kind, i));
+        uint32_t id = primitive_id(kind, i);
+        if (transmits(scene, id) != transparent) continue;
+        part->material[part->count] = primitive_material(scene, id);
         part->index[part->count++] = i;
     }
     if (part->count == 0) {

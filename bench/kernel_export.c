@@ -7,28 +7,6 @@
 #include "bench/outside.h"
 #include "common/message.h"
 
-struct corners {
-    struct vec3 at[3], normal[3];
-};
-
-static struct corners triangle_corners(const struct scene *scene, const struct triangle *triangle)
-{
-    struct corners corners = {0};
-    for (int k = 0; k < 3; k++)
-        corners.at[k] = scene_vertices(scene)[triangle->vertex[k]];
-    return corners;
-}
-
-static struct corners patch_corners(const struct scene *scene, const struct patch *patch)
-{
-    struct corners corners;
-    for (int k = 0; k < 3; k++) {
-        corners.at[k] = scene_vertices(scene)[patch->vertex[k]];
-        corners.normal[k] = scene_normals(scene)[patch->normal[k]];
-    }
-    return corners;
-}
-
 static uint64_t count_of(const struct scene *scene, enum primitive_kind kind)
 {
     return scene->primitives[kind].count;
@@ -93,18 +71,17 @@ static void dat_lights(FILE *out, const struct scene *scene)
     }
 }
 
-static void dat_triangle(FILE *out, const struct corners *corners, bool smooth, uint32_t material)
+static void dat_triangle(FILE *out, const struct scene *scene, uint32_t id)
 {
+    static const char *const keys[2][3] = {{"V0", "V1", "V2"}, {"N0", "N1", "N2"}};
+    bool smooth = primitive_kind(id) == PRIMITIVE_PATCH;
     fputs(smooth ? "STRI" : "TRI", out);
-    dat_vec(out, "V0", corners->at[0]);
-    dat_vec(out, "V1", corners->at[1]);
-    dat_vec(out, "V2", corners->at[2]);
-    if (smooth) {
-        dat_vec(out, "N0", corners->normal[0]);
-        dat_vec(out, "N1", corners->normal[1]);
-        dat_vec(out, "N2", corners->normal[2]);
-    }
-    fprintf(out, " m%u\n", material);
+    for (int k = 0; k < 3; k++)
+        dat_vec(out, keys[0][k], scene_vertices(scene)[corner_indices(scene, id)[k]]);
+    for (int k = 0; k < 3 && smooth; k++)
+        dat_vec(out, keys[1][k],
+                scene_normals(scene)[scene_patches(scene)[primitive_index(id)].normal[k]]);
+    fprintf(out, " m%u\n", primitive_material(scene, id));
 }
 
 static void dat_ring(FILE *out, struct vec3 center, struct vec3 normal, double radius,
@@ -132,15 +109,9 @@ static void dat_cone(FILE *out, const struct cone *cone)
 
 static void dat_flat(FILE *out, const struct scene *scene)
 {
-    for (uint64_t i = 0; i < count_of(scene, PRIMITIVE_TRIANGLE); i++) {
-        const struct triangle *triangle = &scene_triangles(scene)[i];
-        struct corners corners = triangle_corners(scene, triangle);
-        dat_triangle(out, &corners, false, triangle->material);
-    }
-    for (uint64_t i = 0; i < count_of(scene, PRIMITIVE_PATCH); i++) {
-        struct corners corners = patch_corners(scene, &scene_patches(scene)[i]);
-        dat_triangle(out, &corners, true, scene_patches(scene)[i].material);
-    }
+    for (enum primitive_kind kind = PRIMITIVE_TRIANGLE; kind_is_triangle(kind); kind++)
+        for (uint32_t i = 0; i < count_of(scene, kind); i++)
+            dat_triangle(out, scene, primitive_id(kind, i));
     for (uint64_t i = 0; i < count_of(scene, PRIMITIVE_DISC); i++) {
         const struct disc *disc = &scene_discs(scene)[i];
         dat_ring(out, disc->center, disc->normal, disc->radius, disc->material);
@@ -286,18 +257,6 @@ static void pov_places(FILE *out, const char *key, const struct numbered *list,
     fputs(" }\n", out);
 }
 
-static const uint32_t *vertices_of(const struct scene *scene, enum primitive_kind kind, uint64_t i)
-{
-    return kind == PRIMITIVE_PATCH ? scene_patches(scene)[i].vertex
-                                   : scene_triangles(scene)[i].vertex;
-}
-
-static uint32_t material_of(const struct scene *scene, enum primitive_kind kind, uint64_t i)
-{
-    return kind == PRIMITIVE_PATCH ? scene_patches(scene)[i].material
-                                   : scene_triangles(scene)[i].material;
-}
-
 struct mesh {
     enum primitive_kind kind;
     uint32_t material;
@@ -311,10 +270,10 @@ static struct mesh collect_mesh(const struct scene *scene, enum primitive_kind k
     struct mesh mesh = {.kind = kind, .material = material};
     mesh.places = numbered_none(scene->vertices.count);
     mesh.normals = numbered_none(scene->normals.count);
-    for (uint64_t i = 0; i < count_of(scene, kind); i++) {
-        if (material_of(scene, kind, i) != material) continue;
+    for (uint32_t i = 0; i < count_of(scene, kind); i++) {
+        if (primitive_material(scene, primitive_id(kind, i)) != material) continue;
         mesh.faces++;
-        numbered_add(&mesh.places, vertices_of(scene, kind, i));
+        numbered_add(&mesh.places, corner_indices(scene, primitive_id(kind, i)));
         if (kind == PRIMITIVE_PATCH) numbered_add(&mesh.normals, scene_patches(scene)[i].normal);
     }
     return mesh;
@@ -325,10 +284,11 @@ static void pov_faces(FILE *out, const struct scene *scene, const struct mesh *m
     fprintf(out, "%s { %llu", normals ? "normal_indices" : "face_indices",
             (unsigned long long)mesh->faces);
     const uint32_t *number = normals ? mesh->normals.number : mesh->places.number;
-    for (uint64_t i = 0; i < count_of(scene, mesh->kind); i++) {
-        if (material_of(scene, mesh->kind, i) != mesh->material) continue;
+    for (uint32_t i = 0; i < count_of(scene, mesh->kind); i++) {
+        uint32_t id = primitive_id(mesh->kind, i);
+        if (primitive_material(scene, id) != mesh->material) continue;
         const uint32_t *corner =
-            normals ? scene_patches(scene)[i].normal : vertices_of(scene, mesh->kind, i);
+            normals ? scene_patches(scene)[i].normal : corner_indices(scene, id);
         fprintf(out, ",\n<%u,%u,%u>", number[corner[0]], number[corner[1]], number[corner[2]]);
     }
     fputs(" }\n", out);
