@@ -1,7 +1,8 @@
 /*
  * kernel_embree [--primary] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE ...]
  *
- * Renders a scene of the farm with Embree, on one thread, and prints what it took: a name and a number per line.
+ * Renders a scene of the farm with Embree, on one thread, and prints what it took: a name of metric_names
+ * (kernel_run.h) and a number per line, below the version.
  * Without --primary it renders the whole picture with single rays; with it, primary rays alone in coherent
  * packets.
  */
@@ -49,17 +50,11 @@ static struct options parse_options(int argc, char **argv)
     return options;
 }
 
-/* Bytes that Embree holds: called from one thread. */
-struct memory {
-    int64_t now, most;
-};
-
+/* Counts the bytes that Embree holds: called from one thread. */
 static bool on_memory(void *context, ssize_t bytes, bool post)
 {
-    struct memory *memory = context;
     (void)post;
-    memory->now += bytes;
-    if (memory->now > memory->most) memory->most = memory->now;
+    *(int64_t *)context += bytes;
     return true;
 }
 
@@ -74,7 +69,7 @@ static void render_picture(const struct model *model, float *rgb)
     uint64_t rays[KIND_COUNT] = {0};
     double start = clock_wall(), cpu = clock_thread_cpu();
     trace_picture(model, rgb, rays);
-    printf("render_s %.6f\nrender_cpu_s %.6f\n", clock_wall() - start, clock_thread_cpu() - cpu);
+    printf("render_s %.6f\nrender_wall_s %.6f\n", clock_thread_cpu() - cpu, clock_wall() - start);
     printf("primary %llu\nshadow %llu\nreflection %llu\nrefraction %llu\n",
            (unsigned long long)rays[KIND_PRIMARY], (unsigned long long)rays[KIND_SHADOW],
            (unsigned long long)rays[KIND_REFLECTION], (unsigned long long)rays[KIND_REFRACTION]);
@@ -82,13 +77,11 @@ static void render_picture(const struct model *model, float *rgb)
 
 static void render_primary(const struct model *model, float *rgb)
 {
-    struct packet_times times;
-    double cpu = clock_thread_cpu();
-    trace_primary(model, rgb, &times);
-    printf("render_cpu_s %.6f\n", clock_thread_cpu() - cpu);
-    printf("packet_width %u\nprimary %llu\nhits %llu\nintersect_s %.6f\nrender_s %.6f\n",
-           times.width, (unsigned long long)times.rays, (unsigned long long)times.hits,
-           times.intersect_s, times.total_s);
+    double start = clock_wall(), cpu = clock_thread_cpu();
+    double intersect_s = trace_primary(model, rgb);
+    printf("render_s %.6f\nrender_wall_s %.6f\n", clock_thread_cpu() - cpu, clock_wall() - start);
+    printf("primary %llu\nintersect_s %.6f\n",
+           (unsigned long long)model->scene->view.width * model->scene->view.height, intersect_s);
 }
 
 int main(int argc, char **argv)
@@ -99,25 +92,22 @@ int main(int argc, char **argv)
     /* As Embree's manual asks: denormal numbers are flushed to zero. */
     _mm_setcsr(_mm_getcsr() | 0x8040);
 
-    struct memory memory = {0};
+    int64_t bytes = 0;
     RTCDevice device = rtcNewDevice("threads=1,user_threads=1");
     if (!device) fatal("Embree does not start");
     rtcSetDeviceErrorFunction(device, on_error, NULL);
-    rtcSetDeviceMemoryMonitorFunction(device, on_memory, &memory);
+    rtcSetDeviceMemoryMonitorFunction(device, on_memory, &bytes);
     struct model *model = allocate(1, sizeof *model);
-    double start = clock_wall();
     model_create(model, scene, device);
-    double committed = clock_wall();
+    double start = clock_wall();
     rtcCommitScene(model->rtc);
-    double built = clock_wall();
-    printf("embree %ld\nconvert_s %.6f\nbuild_s %.6f\n",
-           (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION), committed - start,
-           built - committed);
-    uint64_t triangles = scene_triangle_count(scene);
-    printf("triangles %llu\nprimitives %llu\nembree_bytes %lld\nembree_peak_bytes %lld\nown_bytes "
-           "%llu\n",
-           (unsigned long long)triangles, (unsigned long long)scene_primitive_count(scene),
-           (long long)memory.now, (long long)memory.most, (unsigned long long)model->own_bytes);
+    double build_s = clock_wall() - start;
+    printf("embree %ld\nbuild_s %.6f\n",
+           (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION), build_s);
+    printf("triangles %llu\nprimitives %llu\nbytes %lld\n",
+           (unsigned long long)scene_triangle_count(scene),
+           (unsigned long long)scene_primitive_count(scene),
+           (long long)bytes + (long long)model->own_bytes);
 
     struct canvas picture;
     canvas_init(&picture, scene->view.width, scene->view.height);

@@ -173,15 +173,8 @@ enum { KIND_PRIMARY, KIND_SHADOW, KIND_REFLECTION, KIND_REFRACTION, KIND_COUNT }
  * pixel. */
 void trace_picture(const struct model *model, float *rgb, uint64_t rays[KIND_COUNT]);
 
-struct packet_times {
-    unsigned width;     /* rays per packet */
-    double intersect_s; /* CPU seconds inside Embree */
-    double total_s;     /* CPU seconds with the generation of rays, and a colour for each hit */
-    uint64_t rays, hits;
-};
-
-/* Renders primary rays alone, in coherent packets; rgb as above. */
-void trace_primary(const struct model *model, float *rgb, struct packet_times *times);
+/* Renders primary rays alone, in coherent packets; rgb as above. Returns the CPU seconds inside Embree. */
+double trace_primary(const struct model *model, float *rgb);
 
 /* The direction of the ray through a point of the picture, in pixels from its upper left corner; unit. */
 static inline struct f3 primary_direction(const struct view *view, float x, float y)

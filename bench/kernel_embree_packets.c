@@ -5,9 +5,9 @@
 #include "common/clock.h"
 #include "common/message.h"
 
-#define WIDE 16
-#define CHUNK                                                                                      \
-    256 /* packets between two readings of the clock: 100 kB, within the second-level cache */
+#define WIDE  16
+/* Packets between two readings of the clock: 100 kB, within the second-level cache. */
+#define CHUNK 256
 
 /* Pixels are rendered in squares of this edge, one after the other, and in Z-order within a square: so 16
  * consecutive rays are as close to each other as possible. */
@@ -105,10 +105,9 @@ static void intersect_packets(struct packets *packets, unsigned count)
 }
 
 /* As the farm's primary-only picture: the surface's own light, or the sky. */
-static uint64_t color_packets(const struct packets *packets, unsigned count, float *rgb)
+static void color_packets(const struct packets *packets, unsigned count, float *rgb)
 {
     const struct model *model = packets->model;
-    uint64_t hits = 0;
     for (unsigned k = 0; k < count; k++) {
         unsigned p = k / packets->width, i = k % packets->width;
         bool wide = packets->width == WIDE;
@@ -123,17 +122,15 @@ static uint64_t color_packets(const struct packets *packets, unsigned count, flo
                                    : f3(n->ray.dir_x[i], n->ray.dir_y[i], n->ray.dir_z[i]));
         } else {
             color = model->materials[model->parts[geometry].material[primitive]].ambient;
-            hits++;
         }
         float *out = &rgb[3 * (size_t)packets->pixels[k]];
         out[0] = color.x;
         out[1] = color.y;
         out[2] = color.z;
     }
-    return hits;
 }
 
-void trace_primary(const struct model *model, float *rgb, struct packet_times *times)
+double trace_primary(const struct model *model, float *rgb)
 {
     const struct view *view = &model->scene->view;
     if (view->width % SQUARE || view->height % SQUARE)
@@ -146,14 +143,13 @@ void trace_primary(const struct model *model, float *rgb, struct packet_times *t
     packets->width = wide ? WIDE : WIDE / 2;
     packets->next = 0;
     packets->end = (uint64_t)view->width * view->height;
-    *times = (struct packet_times){.width = packets->width, .rays = packets->end};
-    double start = clock_wall();
+    double intersect_s = 0;
     for (unsigned count; (count = fill_packets(packets)) > 0;) {
         double before = clock_thread_cpu();
         intersect_packets(packets, count);
-        times->intersect_s += clock_thread_cpu() - before;
-        times->hits += color_packets(packets, count, rgb);
+        intersect_s += clock_thread_cpu() - before;
+        color_packets(packets, count, rgb);
     }
-    times->total_s = clock_wall() - start;
     free(packets);
+    return intersect_s;
 }

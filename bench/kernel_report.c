@@ -231,7 +231,6 @@ static void csv_ratio(FILE *out, const struct scene_results *at, unsigned progra
 
 void report_csv(const char *path, const struct scene_results *results, size_t count)
 {
-    static const char *const steps[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
     FILE *out = open_to_write("%s", path);
     fputs("scene,program,step,runs", out);
     for (unsigned m = 0; m < METRIC_COUNT; m++)
@@ -242,7 +241,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
             for (unsigned s = 0; s < STEP_COUNT; s++) {
                 const struct series *series = &results[i].series[p][s];
                 if (series->count == 0) continue;
-                fprintf(out, "%s,%s,%s,%u", results[i].scene.name, program_names[p], steps[s],
+                fprintf(out, "%s,%s,%s,%u", results[i].scene.name, program_names[p], step_names[s],
                         series->count);
                 for (unsigned m = 0; m < METRIC_COUNT; m++) {
                     double value = series_median(series, m);

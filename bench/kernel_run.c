@@ -13,7 +13,7 @@
 #include "common/message.h"
 
 const char *const program_names[PROGRAM_COUNT] = {"farm", "embree", "tachyon", "povray"};
-static const char *const step_names[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
+const char *const step_names[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
 const char *const metric_names[METRIC_COUNT] = {
     "render_s", "render_wall_s", "intersect_s", "build_s", "process_s", "process_wall_s", "primary",
     "shadow",   "reflection",    "refraction",  "bytes",   "triangles", "primitives"};
@@ -119,20 +119,15 @@ static struct command embree_command(const struct bench *bench, const struct ker
     return command;
 }
 
+/* The program prints metrics by their names. */
 static void read_embree(const char *text, struct measurement *out)
 {
-    out->at[RENDER_S] = number_after(text, NULL, "\nrender_cpu_s ");
-    out->at[RENDER_WALL_S] = number_after(text, NULL, "\nrender_s ");
-    out->at[INTERSECT_S] = number_after(text, NULL, "\nintersect_s ");
-    out->at[BUILD_S] = number_after(text, NULL, "\nbuild_s ");
-    out->at[RAYS_PRIMARY] = number_after(text, NULL, "\nprimary ");
-    out->at[RAYS_SHADOW] = number_after(text, NULL, "\nshadow ");
-    out->at[RAYS_REFLECTION] = number_after(text, NULL, "\nreflection ");
-    out->at[RAYS_REFRACTION] = number_after(text, NULL, "\nrefraction ");
-    out->at[BYTES] =
-        number_after(text, NULL, "\nembree_bytes ") + number_after(text, NULL, "\nown_bytes ");
-    out->at[TRIANGLES] = number_after(text, NULL, "\ntriangles ");
-    out->at[PRIMITIVES] = number_after(text, NULL, "\nprimitives ");
+    for (unsigned m = 0; m < METRIC_COUNT; m++) {
+        char *key = format_text("\n%s ", metric_names[m]);
+        double value = number_after(text, NULL, key);
+        if (!isnan(value)) out->at[m] = value;
+        free(key);
+    }
 }
 
 /* ---- Tachyon and POV-Ray ---- */

@@ -20,6 +20,8 @@ enum step {
     STEP_COUNT
 };
 
+extern const char *const step_names[STEP_COUNT];
+
 /* What one run took: seconds, counts, bytes. NAN: not reported. */
 enum metric {
     RENDER_S,      /* CPU seconds of the rendering thread */
@@ -67,7 +69,6 @@ bool run_program(const struct bench *bench, const struct kernel_scene *scene, en
                  enum step step, struct measurement *out);
 
 /* Writes the scene for Tachyon or POV-Ray, with the view of this block. */
-
 void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,
                   const struct scene *block);
 
