@@ -27,7 +27,7 @@ static void simulate_run(const struct bench_scene *scene, const struct record *r
     struct picture_costs costs = scene_costs(scene, record->view.min_samples);
     struct machine machine = one_machine(count);
     costs.record = record;
-    schedule_simulate(FULL, &machine, &costs, outcome);
+    schedule_simulate(SCHEDULE_DYNAMIC, &machine, &costs, outcome);
 }
 
 static void put_row(FILE *out, const struct bench_scene *scene, const struct adaptive_case *it,

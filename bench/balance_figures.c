@@ -15,8 +15,8 @@ static FILE *open_wide(const char *kind, const struct bench_scene *scene, const 
 {
     FILE *csv = open_to_write(OUT_FOLDER "/balance_%s_%s.csv", kind, scene->name);
     fprintf(csv, "%s", first);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
-        fprintf(csv, ",%s", bench_schedules[k].name);
+    for (unsigned k = 0; k < SCHEDULES; k++)
+        fprintf(csv, ",%s", schedule_names[compared[k]]);
     fputc('\n', csv);
     return csv;
 }
@@ -31,18 +31,18 @@ static void sweep(const struct bench_scene *scene, uint32_t samples, FILE *times
         struct machine machine = one_machine(processors);
         if (times) fprintf(times, "%u", processors);
         if (speedups) fprintf(speedups, "%u", processors);
-        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+        for (unsigned k = 0; k < SCHEDULES; k++) {
             struct sim_outcome outcome;
-            schedule_simulate(k, &machine, &costs, &outcome);
+            schedule_simulate(compared[k], &machine, &costs, &outcome);
             double speedup = serial / outcome.render_s;
             if (times) fprintf(times, ",%.6f", outcome.render_s);
             if (speedups) fprintf(speedups, ",%.3f", speedup);
-            value_set(speedup, "%s.%u.%s.speedup.%u", scene->name, samples, bench_schedules[k].name,
-                      processors);
+            value_set(speedup, "%s.%u.%s.speedup.%u", scene->name, samples,
+                      schedule_names[compared[k]], processors);
             value_set(sim_efficiency(&outcome, processors), "%s.%u.%s.efficiency.%u", scene->name,
-                      samples, bench_schedules[k].name, processors);
+                      samples, schedule_names[compared[k]], processors);
             value_set(sim_tail(&outcome, processors) / outcome.render_s, "%s.%u.%s.tail.%u",
-                      scene->name, samples, bench_schedules[k].name, processors);
+                      scene->name, samples, schedule_names[compared[k]], processors);
             sim_outcome_free(&outcome);
         }
         if (times) fputc('\n', times);
@@ -67,18 +67,18 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
     struct machine machine = one_machine(processors);
-    struct sim_outcome outcomes[SCHEDULES_COMPARED];
+    struct sim_outcome outcomes[SCHEDULES];
     char *name = format_text("%s_%u", kind, processors);
     FILE *csv = open_wide(name, scene, "rank");
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
-        schedule_simulate(k, &machine, &costs, &outcomes[k]);
+    for (unsigned k = 0; k < SCHEDULES; k++)
+        schedule_simulate(compared[k], &machine, &costs, &outcomes[k]);
     for (uint32_t i = 0; i < processors; i++) {
         fprintf(csv, "%u", i);
-        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        for (unsigned k = 0; k < SCHEDULES; k++)
             fprintf(csv, ",%.6f", value(&outcomes[k].renderers[i]));
         fputc('\n', csv);
     }
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+    for (unsigned k = 0; k < SCHEDULES; k++)
         sim_outcome_free(&outcomes[k]);
     close_written(csv);
     free(name);
@@ -92,14 +92,14 @@ static void slow_one(const struct bench_scene *scene)
     struct machine machine = one_machine(PAPER_PROCESSORS);
     double speeds[PAPER_PROCESSORS], worst = 0;
     struct sim_outcome outcome;
-    schedule_simulate(FULL, &machine, &costs, &outcome);
+    schedule_simulate(SCHEDULE_DYNAMIC, &machine, &costs, &outcome);
     double even = outcome.render_s;
     sim_outcome_free(&outcome);
     for (uint32_t slow = 0; slow < PAPER_PROCESSORS; slow += 7) {
         for (uint32_t i = 0; i < PAPER_PROCESSORS; i++)
             speeds[i] = i == slow ? 0.25 : 1;
         machine.speeds = speeds;
-        schedule_simulate(FULL, &machine, &costs, &outcome);
+        schedule_simulate(SCHEDULE_DYNAMIC, &machine, &costs, &outcome);
         double fair = even * PAPER_PROCESSORS / (PAPER_PROCESSORS - 0.75);
         worst = fmax(worst, outcome.render_s / fair - 1);
         sim_outcome_free(&outcome);
@@ -119,22 +119,22 @@ static void put_table(FILE *out, const struct bench_scene *scene, uint32_t sampl
             "processors |",
             scene->name, samples, samples == 1 ? "" : "s",
             value_get("%s.%u.serial", scene->name, samples), scene->paper_speedup);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
-        fprintf(out, " %s |", bench_schedules[k].name);
+    for (unsigned k = 0; k < SCHEDULES; k++)
+        fprintf(out, " %s |", schedule_names[compared[k]]);
     fprintf(out, "\n|---|---|---|---|---|---|\n");
     for (size_t i = 0; i < sizeof shown / sizeof *shown; i++) {
         fprintf(out, "| %u |", shown[i]);
-        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        for (unsigned k = 0; k < SCHEDULES; k++)
             fprintf(out, " %.2f |",
-                    value_get("%s.%u.%s.speedup.%u", scene->name, samples, bench_schedules[k].name,
-                              shown[i]));
+                    value_get("%s.%u.%s.speedup.%u", scene->name, samples,
+                              schedule_names[compared[k]], shown[i]));
         fputc('\n', out);
     }
     fprintf(out, "| %d, efficiency |", PAPER_PROCESSORS);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+    for (unsigned k = 0; k < SCHEDULES; k++)
         fprintf(out, " %.1f %% |",
                 100 * value_get("%s.%u.%s.efficiency.%d", scene->name, samples,
-                                bench_schedules[k].name, PAPER_PROCESSORS));
+                                schedule_names[compared[k]], PAPER_PROCESSORS));
     fputc('\n', out);
 }
 

@@ -59,7 +59,7 @@ static unsigned cores(void)
     return (unsigned)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
-static double simulated(unsigned scene, unsigned schedule, const struct farm_run *run,
+static double simulated(unsigned scene, enum schedule schedule, const struct farm_run *run,
                         const struct trace *trace, const struct surroundings *around)
 {
     struct picture_costs costs = scene_costs(&bench_scenes[scene], SAMPLES);
@@ -102,7 +102,8 @@ struct comparison {
 
 /* A row of the table. */
 struct row {
-    unsigned schedule, ranks;
+    enum schedule schedule;
+    unsigned ranks;
 };
 
 static struct comparison compare(unsigned scene, const struct row *row,
@@ -110,8 +111,8 @@ static struct comparison compare(unsigned scene, const struct row *row,
 {
     struct trace trace;
     struct farm_run run = farm_run(row->ranks, bench_scenes[scene].config, PICTURE,
-                                   "sampling.samples=%d output.trace=" TRACE " %s", SAMPLES,
-                                   bench_schedules[row->schedule].options);
+                                   "sampling.samples=%d output.trace=" TRACE " farm.schedule=%s",
+                                   SAMPLES, schedule_names[row->schedule]);
     trace_read(&trace, TRACE);
     struct comparison both = {.measured = run.render_s,
                               .simulated = simulated(scene, row->schedule, &run, &trace, around),
@@ -141,7 +142,7 @@ static double put_row(FILE *out, unsigned scene, const struct row *row,
     if (!isfinite(off)) fatal("what the simulated farm says is no time");
     fprintf(out,
             "| %s | %s | %u | %.3f | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
-            bench_scenes[scene].name, bench_schedules[row->schedule].name, row->ranks,
+            bench_scenes[scene].name, schedule_names[row->schedule], row->ranks,
             median_of(shares, RUNS), median_of(used, RUNS), median_of(ideals, RUNS),
             median_of(times, RUNS), median_of(models, RUNS), 100 * off, 100 * offs[0],
             100 * offs[RUNS - 1]);
@@ -185,9 +186,10 @@ static void put_heading(FILE *out, const struct surroundings *around)
 
 void section_model(FILE *out)
 {
-    static const struct row rows[] = {
-        {FULL, 1},        {FULL, 2}, {STRIPS, 2}, {CYCLIC_ROWS, 2},
-        {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
+    static const struct row rows[] = {{SCHEDULE_DYNAMIC, 1}, {SCHEDULE_DYNAMIC, 2},
+                                      {SCHEDULE_STRIPS, 2},  {SCHEDULE_CYCLIC_ROWS, 2},
+                                      {SCHEDULE_TILES, 2},   {SCHEDULE_DYNAMIC, 4},
+                                      {SCHEDULE_DYNAMIC, 8}, {SCHEDULE_DYNAMIC, PAPER_PROCESSORS}};
     const unsigned count = sizeof rows / sizeof *rows;
     struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
     put_heading(out, &around);

@@ -59,7 +59,7 @@ static struct plan plan_run(const struct machine *machine, const struct picture_
                             double speed)
 {
     struct sim_outcome outcome;
-    schedule_simulate(FULL, machine, costs, &outcome);
+    schedule_simulate(SCHEDULE_DYNAMIC, machine, costs, &outcome);
     struct plan plan = {.render_s = outcome.render_s,
                         .efficiency = outcome.useful_s / (speed * outcome.render_s),
                         .master = outcome.master_s / outcome.render_s,

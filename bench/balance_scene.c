@@ -8,9 +8,9 @@ static void put_row(const struct picture_costs *costs, double serial, uint32_t p
 {
     struct machine machine = one_machine(processors);
     printf("| %u |", processors);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+    for (unsigned k = 0; k < SCHEDULES; k++) {
         struct sim_outcome outcome;
-        schedule_simulate(k, &machine, costs, &outcome);
+        schedule_simulate(compared[k], &machine, costs, &outcome);
         printf(" %.1f |", serial / outcome.render_s);
         sim_outcome_free(&outcome);
     }
@@ -31,10 +31,10 @@ void compare_schedules(const char *config, uint32_t samples)
     printf("Simulated speed-up of %s, %u x %u pixels, samples = %u, one processor: %.3f s\n\n"
            "| processors |",
            config, PAPER_WIDTH, PAPER_HEIGHT, samples, serial);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
-        printf(" %s |", bench_schedules[k].name);
+    for (unsigned k = 0; k < SCHEDULES; k++)
+        printf(" %s |", schedule_names[compared[k]]);
     printf("\n|---|");
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+    for (unsigned k = 0; k < SCHEDULES; k++)
         printf("---|");
     putchar('\n');
     for (uint32_t processors = 2; processors < PAPER_PROCESSORS; processors *= 2)

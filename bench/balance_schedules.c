@@ -6,21 +6,8 @@
 #include "common/cores.h"
 #include "common/message.h"
 
-const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
-    [STRIPS] = {"strips", "farm.schedule=strips", true},
-    [CYCLIC_PIXELS] = {"cyclic", "farm.schedule=cyclic", true},
-    [CYCLIC_ROWS] = {"cyclic-rows", "farm.schedule=cyclic-rows", true},
-    [PLAIN_TILES] = {"tiles", "farm.schedule=tiles", false},
-    [FULL] = {"dynamic", "farm.schedule=dynamic", false},
-};
-
-static const enum schedule schedules[] = {
-    [STRIPS] = SCHEDULE_STRIPS,
-    [CYCLIC_PIXELS] = SCHEDULE_CYCLIC,
-    [CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
-    [PLAIN_TILES] = SCHEDULE_TILES,
-    [FULL] = SCHEDULE_DYNAMIC,
-};
+const enum schedule compared[SCHEDULES] = {SCHEDULE_STRIPS, SCHEDULE_CYCLIC, SCHEDULE_CYCLIC_ROWS,
+                                           SCHEDULE_TILES, SCHEDULE_DYNAMIC};
 
 /* The crowd of the renderers, for machines whose cores they share. */
 static void share_cores(struct crowd *crowd, const struct machine *machine)
@@ -37,11 +24,11 @@ static void share_cores(struct crowd *crowd, const struct machine *machine)
 }
 
 /* A new queue, as the farm creates it. */
-static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
+static struct queue *schedule_queue(enum schedule schedule, uint32_t width, uint32_t height,
                                     uint32_t samples, const struct machine *machine,
                                     const struct crowd *crowd)
 {
-    struct queue_config config = {.schedule = schedules[schedule],
+    struct queue_config config = {.schedule = schedule,
                                   .width = width,
                                   .height = height,
                                   .renderers = machine->renderers,
@@ -49,15 +36,15 @@ static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t 
                                   .crowd = crowd,
                                   .samples = samples};
     uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
-    if (!bench_schedules[schedule].is_static)
-        config.tile_edge = queue_auto_edge(config.schedule, width, height, samples, processors);
+    if (!schedule_is_static(schedule))
+        config.tile_edge = queue_auto_edge(schedule, width, height, samples, processors);
     config.probe_edge = queue_auto_probe_edge(width, height, samples, processors);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");
     return queue;
 }
 
-void schedule_simulate(unsigned schedule, const struct machine *machine,
+void schedule_simulate(enum schedule schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome)
 {
     struct crowd crowd = {0};
@@ -66,7 +53,7 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
     struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
                                          costs->samples, machine, shares ? &crowd : NULL);
     struct picture_costs own = *costs;
-    own.apart_ratio = costs_apart_ratio(costs->map, schedules[schedule], machine->renderers);
+    own.apart_ratio = costs_apart_ratio(costs->map, schedule, machine->renderers);
     struct machine with_passes = *machine;
     if (costs->record) with_passes.passes = sim_passes_begin(costs->record, queue);
     simulate(&with_passes, queue, &own, outcome);
@@ -104,7 +91,7 @@ double serial_seconds(const struct picture_costs *costs)
 {
     struct machine machine = one_machine(1);
     struct sim_outcome outcome;
-    schedule_simulate(FULL, &machine, costs, &outcome);
+    schedule_simulate(SCHEDULE_DYNAMIC, &machine, costs, &outcome);
     double seconds = outcome.render_s;
     sim_outcome_free(&outcome);
     return seconds;

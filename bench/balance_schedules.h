@@ -3,19 +3,13 @@
 #define FARM_BENCH_BALANCE_SCHEDULES_H
 
 #include "bench/balance.h"
+#include "common/schedule.h"
 
-enum { STRIPS, CYCLIC_PIXELS, CYCLIC_ROWS, PLAIN_TILES, FULL, SCHEDULES_COMPARED };
-
-struct bench_schedule {
-    const char *name;    /* a word */
-    const char *options; /* of the farm */
-    bool is_static;
-};
-
-extern const struct bench_schedule bench_schedules[SCHEDULES_COMPARED];
+/* In the order of the tables. */
+extern const enum schedule compared[SCHEDULES];
 
 /* Simulates the schedule on a machine for the picture of `costs`. */
-void schedule_simulate(unsigned schedule, const struct machine *machine,
+void schedule_simulate(enum schedule schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome);
 
 /* Machines of `processors` ranks with a core each, rank 0 included, with the message costs of two ranks of one
@@ -26,7 +20,7 @@ struct machine apart_machines(uint32_t processors);
 /* The costs of a scene at the paper's size. */
 struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples);
 
-/* Seconds of the full schedule on one processor: the reference for speed-ups. */
+/* Seconds of the dynamic schedule on one processor: the reference for speed-ups. */
 double serial_seconds(const struct picture_costs *costs);
 
 #endif

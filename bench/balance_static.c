@@ -12,10 +12,11 @@
 #define SAMPLES 16
 #define PICTURE KEPT_FOLDER "/static.pfm"
 
-static double cpu_of(const struct bench_scene *scene, unsigned processors, const char *options)
+static double cpu_of(const struct bench_scene *scene, unsigned processors, enum schedule schedule)
 {
     struct farm_run run =
-        farm_run(processors, scene->config, PICTURE, "sampling.samples=%d %s", SAMPLES, options);
+        farm_run(processors, scene->config, PICTURE, "sampling.samples=%d farm.schedule=%s",
+                 SAMPLES, schedule_names[schedule]);
     return most_cpu(&run);
 }
 
@@ -26,12 +27,11 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
 {
     fprintf(out, "| %s | %u |", scene->name, processors);
     fprintf(csv, "%s,%u", scene->name, processors);
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
-        const struct bench_schedule *schedule = &bench_schedules[k];
-        if (!schedule->is_static) continue;
-        double speedup = serial / cpu_of(scene, processors, schedule->options);
-        double predicted =
-            value_get("%s.%d.%s.speedup.%u", scene->name, SAMPLES, schedule->name, processors);
+    for (unsigned k = 0; k < SCHEDULES; k++) {
+        if (!schedule_is_static(compared[k])) continue;
+        double speedup = serial / cpu_of(scene, processors, compared[k]);
+        double predicted = value_get("%s.%d.%s.speedup.%u", scene->name, SAMPLES,
+                                     schedule_names[compared[k]], processors);
         fprintf(out, " %.2f |", speedup);
         fprintf(csv, ",%.4f,", speedup);
         if (isnan(predicted)) {
@@ -57,17 +57,18 @@ void section_static(FILE *out)
         "processors |",
         SAMPLES);
     fprintf(csv, "scene,processors");
-    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
-        if (!bench_schedules[k].is_static) continue;
-        fprintf(out, " %s | simulated |", bench_schedules[k].name);
-        fprintf(csv, ",%s,%s_simulated", bench_schedules[k].name, bench_schedules[k].name);
+    for (unsigned k = 0; k < SCHEDULES; k++) {
+        if (!schedule_is_static(compared[k])) continue;
+        const char *name = schedule_names[compared[k]];
+        fprintf(out, " %s | simulated |", name);
+        fprintf(csv, ",%s,%s_simulated", name, name);
     }
     fprintf(out, "\n|---|---|---|---|---|---|---|---|\n");
     fputc('\n', csv);
     for (unsigned s = 0; s < SCENES; s++) {
         double runs[3];
         for (unsigned i = 0; i < 3; i++)
-            runs[i] = cpu_of(&bench_scenes[s], 1, "");
+            runs[i] = cpu_of(&bench_scenes[s], 1, SCHEDULE_DYNAMIC);
         double serial = median_of(runs, 3);
         for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
             put_row(out, csv, &bench_scenes[s], counts[i], serial);
