@@ -39,7 +39,7 @@ MANY=$((64 * FINEST))        # of a reference
 LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=64}
 LIMITS=${ERROR_LIMITS:-1 2 5 10} LIMITS_SIZE=${ERROR_LIMITS_SIZE:-640x480}
 OUT=bench/out
-set_size() { W=${1%x*} H=${1#*x}; }
+set_size() { W=${1%x*} H=${1#*x}; } # of pictures; a section may change it
 set_size "$SIZE"
 KEPT=$WORK/references
 broken=0 # bounds
@@ -52,7 +52,7 @@ renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "
 
 for section in $SECTIONS; do
     case " $ALL " in
-    *" $section "*) . "$HERE/error/$section.sh"; "$section" ;;
+    *" $section "*) . "$HERE/error/$section.sh"; "$section"; cat "$OUT/error_$section.md"; set_size "$SIZE" ;;
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done

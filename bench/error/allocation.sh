@@ -1,7 +1,6 @@
 # What the best allocation of samples to pixels could gain over equal numbers for all pixels.
 
 allocation() {
-    md=$OUT/error_allocation.md
     {
         echo "# What the best allocation of samples could gain, $W x $H"
         echo
@@ -17,6 +16,5 @@ allocation() {
         for scene in $SCENES; do
             "$TOOL" allocation "$scene" "$(config_of "$scene")" image.width=$W image.height=$H || exit 1
         done
-    } >"$md"
-    cat "$md"
+    } >"$OUT/error_allocation.md"
 }

@@ -22,5 +22,4 @@ coverage() {
         awk -F, 'NR > 1 { k = $1 " | " $2; n[k]++; all[k] += $4 == $5; r[k] += $4; h[k] += $5 }
             END { for (k in n) printf "| %s | %d | %d | %d | %d |\n", k, n[k], all[k], r[k], h[k] }' "$csv" | sort
     } >"$OUT/error_coverage.md"
-    cat "$OUT/error_coverage.md"
 }

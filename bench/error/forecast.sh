@@ -19,7 +19,6 @@ forecast() {
     done
     forecast_table >"$OUT/error_forecast.md"
     plot_forecast
-    cat "$OUT/error_forecast.md"
 }
 
 # The row of $scene with $setting; none if the first run forecasts nothing.

@@ -16,5 +16,4 @@ formulas() {
         echo "|---|---|---|---|---|"
         awk -F, 'NR > 1 { printf "| %s | %.3f | %.3f | %.3g | %.3g |\n", $1, $2, $3, $4, $5 }' "$csv"
     } >"$OUT/error_formulas.md"
-    cat "$OUT/error_formulas.md"
 }

@@ -25,6 +25,4 @@ large() {
             printf "| %s | %s | %.1f | %.1f | %.3g | %.3g +- %.2g | %.1f | %.1f | %.1f | %.3g | %.3g +- %.2g | %.2g | %.2f | %.2f |\n",
             $1, $2, $3, $4, $5, $11, $12, $7, $8, $9, $10, $13, $14, $15, $3 / $8 * more, $4 / $9 * more }' "$csv"
     } >"$OUT/error_large.md"
-    cat "$OUT/error_large.md"
-    set_size "$SIZE"
 }

@@ -24,8 +24,6 @@ limits() {
             $1, $2, $3, 100 * ($3 / $2 - 1), int(100 * $4), $5, $6, $7, all, $13, $14, $8, $9, $11, $12, even, even / $13 }' "$csv"
     } >"$OUT/error_limits.md"
     plot_limits
-    cat "$OUT/error_limits.md"
-    set_size "$SIZE"
 }
 
 one_limit() { # SCENE LIMIT

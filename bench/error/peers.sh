@@ -57,8 +57,6 @@ peers() {
     peers_apart
     peers_table >"$OUT/error_peers.md"
     for scene in $SCENES; do plot_peers "$scene"; done
-    cat "$OUT/error_peers.md"
-    set_size "$SIZE"
 }
 
 # Each measures the rows of one program, of $scene.

@@ -15,7 +15,6 @@ sampling() {
     done
     sampling_tables >"$OUT/error_sampling.md"
     for scene in $SCENES; do plot_sampling "$scene"; done
-    cat "$OUT/error_sampling.md"
 }
 
 one_sampling() { # SCENE METHOD SETTING OVERRIDE

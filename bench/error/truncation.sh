@@ -27,7 +27,6 @@ truncation() {
         awk -F, 'NR > 1 { printf "| %s | %s | %s | %.3f | %.3g | %.3g | %s | %s |\n", $1, $2, $3, $4, $5, $6, $7 == "null" ? "none" : sprintf("%.3g", $7), $8 }' "$csv"
     } >"$OUT/error_truncation.md"
     for scene in $SCENES; do plot_truncation "$scene"; done
-    cat "$OUT/error_truncation.md"
     broken=$(awk -F, '$8 == "NO" { n++ } END { print n + 0 }' "$csv")
 }
 
