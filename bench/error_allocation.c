@@ -29,9 +29,13 @@
  * measured allocation errs downward, as choices by a noisy variance are poor.
  */
 
-#define LEVELS 8u /* 2 .. 256 samples */
+/* A lattice of blocks of the picture, of about PIXELS pixels together, is rendered RUNS times with different random
+ * numbers, and its CPU time is measured block by block. */
+#define PIXELS    6000u
+#define RUNS      16u
+#define HALF_RUNS (RUNS / 2)
 
-#define HALF_RUNS (ALLOCATION_RUNS / 2)
+#define LEVELS 8u /* 2 .. 256 samples */
 
 struct pixel {
     double error[2][LEVELS]; /* squared error, mean of components: by each half of the runs */
@@ -41,7 +45,7 @@ struct pixel {
 struct block {
     /* CPU seconds of the highest level, over all runs */
     double seconds;
-    float mean[ALLOCATION_RUNS][LEVELS][LATTICE_PIXELS][3]; /* means of all samples up to a level */
+    float mean[RUNS][LEVELS][LATTICE_PIXELS][3]; /* means of all samples up to a level */
 };
 
 static double samples_of(uint32_t level)
@@ -80,7 +84,7 @@ static void render_runs(struct scene *scene, const struct bvh *bvh, const struct
 {
     scene->view.min_samples = 2;
     scene->view.max_samples = (uint32_t)samples_of(LEVELS - 1);
-    for (uint32_t run = 0; run < ALLOCATION_RUNS; run++) {
+    for (uint32_t run = 0; run < RUNS; run++) {
         lattice_renumber(&scene->view);
         struct renderer *renderer = renderer_create(scene, bvh);
         for (uint32_t i = 0; i < lattice->count; i++)
@@ -108,7 +112,7 @@ static double variance(const struct block *block, uint32_t first, uint32_t level
 static struct pixel *measure_pixels(const struct block *blocks, uint32_t count)
 {
     struct pixel *pixels = allocate(count, sizeof *pixels);
-    double samples = ALLOCATION_RUNS * samples_of(LEVELS - 2) * LATTICE_PIXELS;
+    double samples = RUNS * samples_of(LEVELS - 2) * LATTICE_PIXELS;
     for (uint32_t i = 0; i < count; i++) {
         const struct block *block = &blocks[i / LATTICE_PIXELS];
         pixels[i].cost = block->seconds / samples;
@@ -216,7 +220,7 @@ static void put_row(const char *name, const struct pixel *pixels, uint32_t count
 void allocation_measure(struct scene *scene, const char *name)
 {
     struct bvh *bvh = scene_tree(scene);
-    struct lattice lattice = lattice_create(&scene->view, ALLOCATION_PIXELS);
+    struct lattice lattice = lattice_create(&scene->view, PIXELS);
     struct block *blocks = allocate_zeroed(lattice.count, sizeof *blocks);
     render_runs(scene, bvh, &lattice, blocks);
     uint32_t count = lattice.count * LATTICE_PIXELS;

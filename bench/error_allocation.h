@@ -5,13 +5,7 @@
 
 #include "common/scene.h"
 
-/*
- * Measures the gain for a scene and prints a table. A lattice of blocks of the picture, of about ALLOCATION_PIXELS
- * pixels together, is rendered ALLOCATION_RUNS times with different random numbers, and its CPU time is measured block
- * by block. Changes the scene's view.
- */
-#define ALLOCATION_PIXELS 6000u
-#define ALLOCATION_RUNS   16u
+/* Measures the gain for a scene and prints a table. Changes the scene's view. */
 void allocation_measure(struct scene *scene, const char *name);
 
 #endif

@@ -11,7 +11,7 @@
 #include "test/halves.h"
 #include "test/sample_fixture.h"
 
-enum { EDGE = 96, PIXELS = EDGE * EDGE };
+enum { EDGE = 96, PIXELS = EDGE * EDGE, TARGETS = 6 };
 
 #define GROUND 0.2
 
@@ -279,7 +279,7 @@ static void measure_field(struct outcome *outcome, uint64_t seed)
     };
     bool held = true;
     find_truth(&field, means);
-    for (uint32_t k = 0; k < FIELD_TARGETS; k++) {
+    for (uint32_t k = 0; k < TARGETS; k++) {
         canvas_init(&picture.canvas, EDGE, EDGE);
         picture.right = k * EDGE;
         picture.adaptive = adaptive_create(&picture.view, &picture.canvas, 0.03 * pow(0.55, k));
