@@ -71,7 +71,7 @@ for i in $(seq $n); do received "$i" >"$T/before$i"; done
 "$FARM" "$scene" output.image="$T/one.pfm" output.report= "$@" >/dev/null 2>&1 || exit 1
 # The command is a script, so that arguments with blanks are passed on unchanged.
 {
-    printf 'cd %s && %s' "$(quoted "$PWD")" "${HOSTS_ENV:-} timeout 60 $MPIEXEC -launcher ssh -n $total "
+    printf 'cd %s && %s' "$(quoted "$PWD")" "timeout 60 $MPIEXEC -launcher ssh -n $total "
     for word in -launcher-exec "$T/launch" -f "$T/hostfile" "$FARM" "$scene" \
         "output.image=$T/many.pfm" "$@"; do quoted "$word"; done
     echo
