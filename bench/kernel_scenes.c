@@ -239,9 +239,10 @@ static void write_tetra(const struct scene_place *place, double scale)
 
 /* ---- mount: foil over glass balls ---- */
 
-/* (edge + 1)^2 vertices from -1 to 1 and 2 edge^2 triangles. */
-static void height_field(FILE *obj, unsigned edge, double height, int octaves)
+/* Writes the scene's mesh: (edge + 1)^2 vertices from -1 to 1 and 2 edge^2 triangles. */
+static void height_field(const struct scene_place *place, unsigned edge, double height, int octaves)
 {
+    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
     for (unsigned j = 0; j <= edge; j++)
         for (unsigned i = 0; i <= edge; i++) {
             double x = 2.0 * i / edge - 1, y = 2.0 * j / edge - 1;
@@ -254,6 +255,7 @@ static void height_field(FILE *obj, unsigned edge, double height, int octaves)
             unsigned a = j * (edge + 1) + i + 1, b = a + 1, c = b + edge + 1, d = a + edge + 1;
             fprintf(obj, "f %u %u %u\nf %u %u %u\n", a, b, c, a, c, d);
         }
+    close_written(obj);
 }
 
 static void write_mount(const struct scene_place *place, double scale)
@@ -269,9 +271,7 @@ static void write_mount(const struct scene_place *place, double scale)
         write_sphere(out, vec3(0.55 * cos(turn), 0.55 * sin(turn), 0.75), 0.22, "glass");
     }
     close_written(out);
-    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
-    height_field(obj, (unsigned)ceil(64 * sqrt(scale)), 0.6, 6);
-    close_written(obj);
+    height_field(place, (unsigned)ceil(64 * sqrt(scale)), 0.6, 6);
 }
 
 /* ---- rings: chains of rings, tessellated and of cylinders and cones ---- */
@@ -413,6 +413,7 @@ static void write_tree(const struct scene_place *place, double scale)
 
 static void write_lattice(const struct scene_place *place, double scale)
 {
+    static const struct vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const unsigned edge = (unsigned)fmax(2, rint(8 * cbrt(scale)));
     const double reach = edge - 1;
     FILE *out = begin_scene(place, vec3(1.8 * reach, -1.9 * reach, 1.6 * reach),
@@ -424,15 +425,10 @@ static void write_lattice(const struct scene_place *place, double scale)
     for (unsigned i = 0; i < edge * edge * edge; i++) {
         struct vec3 p = vec3(i % edge, i / edge % edge, i / edge / edge);
         write_sphere(out, p, 0.17, "glass");
-        if (p.x < reach)
-            write_cylinder(out, vec_add(p, vec3(0.2, 0, 0)), vec_add(p, vec3(0.8, 0, 0)), 0.06,
-                           "bar");
-        if (p.y < reach)
-            write_cylinder(out, vec_add(p, vec3(0, 0.2, 0)), vec_add(p, vec3(0, 0.8, 0)), 0.06,
-                           "bar");
-        if (p.z < reach)
-            write_cylinder(out, vec_add(p, vec3(0, 0, 0.2)), vec_add(p, vec3(0, 0, 0.8)), 0.06,
-                           "bar");
+        for (unsigned k = 0; k < 3; k++)
+            if (vec_component(&p, k) < reach)
+                write_cylinder(out, vec_add_scaled(p, axes[k], 0.2),
+                               vec_add_scaled(p, axes[k], 0.8), 0.06, "bar");
     }
     close_written(out);
 }
@@ -447,9 +443,7 @@ static void write_million(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"rock", {0.75, 0.68, 0.6}, 0.8, 0.15, 12, 0, 0, 1});
     write_mesh(out, place, "rock");
     close_written(out);
-    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
-    height_field(obj, (unsigned)ceil(708 * sqrt(scale)), 0.5, 10);
-    close_written(obj);
+    height_field(place, (unsigned)ceil(708 * sqrt(scale)), 0.5, 10);
 }
 
 /* ---- planet: a mesh on a ball as large as the earth, with balls above it ---- */
@@ -471,9 +465,7 @@ static void write_planet(const struct scene_place *place, double scale)
     }
     write_mesh(out, place, "rock");
     close_written(out);
-    FILE *obj = open_to_write("%s/%s.obj", place->folder, place->name);
-    height_field(obj, (unsigned)ceil(300 * sqrt(scale)), 0.4, 9);
-    close_written(obj);
+    height_field(place, (unsigned)ceil(300 * sqrt(scale)), 0.4, 9);
 }
 
 /* ---- pipes: long narrow facets in all directions ---- */
