@@ -232,7 +232,6 @@ static void put_heads(FILE *csv, FILE *markdown)
 static uint64_t run_file(const char *file, const struct options *options, FILE *csv, FILE *markdown)
 {
     struct scene *scene = load(file, options);
-    if (!scene) exit(1);
     const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file;
     struct summary summary = run_scene(scene, name, options->quick, csv);
     put_summary(markdown, name, &summary);

@@ -13,7 +13,8 @@
 struct scene *picture_load(const char *path, const char *const *overrides)
 {
     struct scene *scene = scene_load(path, overrides, REACH_FOLDER);
-    if (scene) scene->view.processor = stage_kernel();
+    if (!scene) fatal("%s cannot be loaded", path);
+    scene->view.processor = stage_kernel();
     return scene;
 }
 

@@ -7,7 +7,8 @@
 
 /* ---- scenes from files ---- */
 
-/* scene_load() of a scene with all its files in its folder, for the kernel of stage_kernel(). */
+/* scene_load() of a scene with all its files in its folder, for the kernel of stage_kernel(). Ends the program when it
+ * cannot be loaded. */
 struct scene *picture_load(const char *path, const char *const *overrides);
 
 /* The scene files of config/, config/extreme/ and the folder that SCENES names, or, for a quick

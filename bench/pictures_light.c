@@ -234,7 +234,6 @@ static uint64_t scaled_lights(int step)
                                 "background.color=0 0 0",
                                 NULL};
     struct scene *scene = picture_load("test/data/everything.ini", size);
-    if (!scene) return 1;
     struct material *materials = (struct material *)((char *)scene + scene->materials.offset);
     struct light *lights = (struct light *)((char *)scene + scene->lights.offset);
     for (uint64_t i = 0; i < scene->materials.count; i++)
