@@ -16,6 +16,16 @@ color(samples) = samples < 100 ? COLOR[1] : samples < 1000 ? COLOR[2] : COLOR[3]
 FURTHER = '"second level: nodes of 16" "second level: nodes of 32" \
            "index in a window, tiles of 16" "index in a window, tiles of 8"'
 array MARK[4] = [9, 11, 4, 12]
+# The lines of either plot: column `shown` in per cent.
+LINES = "for [i=1:3] rows('one master', 'garden', word(SAMPLES, i)) using 2:(100 * column(shown)) with linespoints \
+         lt COLOR[i] lw 2 pt 7 title sprintf('garden, %s samples', word(SAMPLES, i)), \
+     rows('one master', 'lantern', '4096') using 2:(100 * column(shown)) with linespoints lt COLOR[3] lw 2 pt 6 dt 3 \
+         title 'lantern, 4096 samples', \
+     rows('one master, speeds 0.5 to 2', 'garden', '4096') using 2:(100 * column(shown)) with linespoints lt COLOR[3] \
+         lw 2 pt 5 dt 2 title 'garden, speeds 0.5 to 2', \
+     for [i=1:4] rows(word(FURTHER, i), 'garden', '[0-9]*') using 2:(100 * column(shown)):(color($3)) with points \
+         pt MARK[i] ps 1.4 lw 2 lc variable notitle, \
+     for [i=1:4] NaN with points pt MARK[i] ps 1.4 lw 2 lc rgb 'black' title word(FURTHER, i)"
 
 set output 'bench/out/balance_plan.svg'
 set multiplot
@@ -30,22 +40,12 @@ set key off
 set lmargin at screen 0.04
 set rmargin at screen 0.37
 set title 'Farms that are not here (simulated): efficiency, %'
-plot for [i=1:3] rows('one master', 'garden', word(SAMPLES, i)) using 2:(100 * $6) with linespoints lt COLOR[i] lw 2 pt 7, \
-     rows('one master', 'lantern', '4096') using 2:(100 * $6) with linespoints lt COLOR[3] lw 2 pt 6 dt 3, \
-     rows('one master, speeds 0.5 to 2', 'garden', '4096') using 2:(100 * $6) with linespoints lt COLOR[3] lw 2 pt 5 dt 2, \
-     for [i=1:4] rows(word(FURTHER, i), 'garden', '[0-9]*') using 2:(100 * $6):(color($3)) with points pt MARK[i] ps 1.4 \
-         lw 2 lc variable
+shown = 6
+plot @LINES
 set lmargin at screen 0.43
 set rmargin at screen 0.74
 set title 'rank 0 is busy, % of the time'
 set key at screen 0.75, graph 1 left top Left reverse samplen 3
-plot for [i=1:3] rows('one master', 'garden', word(SAMPLES, i)) using 2:(100 * $7) with linespoints lt COLOR[i] lw 2 pt 7 \
-         title sprintf('garden, %s samples', word(SAMPLES, i)), \
-     rows('one master', 'lantern', '4096') using 2:(100 * $7) with linespoints lt COLOR[3] lw 2 pt 6 dt 3 \
-         title 'lantern, 4096 samples', \
-     rows('one master, speeds 0.5 to 2', 'garden', '4096') using 2:(100 * $7) with linespoints lt COLOR[3] lw 2 pt 5 dt 2 \
-         title 'garden, speeds 0.5 to 2', \
-     for [i=1:4] rows(word(FURTHER, i), 'garden', '[0-9]*') using 2:(100 * $7):(color($3)) with points pt MARK[i] ps 1.4 \
-         lw 2 lc variable notitle, \
-     for [i=1:4] NaN with points pt MARK[i] ps 1.4 lw 2 lc rgb 'black' title word(FURTHER, i)
+shown = 7
+plot @LINES
 unset multiplot
