@@ -26,8 +26,7 @@ set logscale y
 set autoscale yfix
 set offsets 0, 0, graph 0.05, graph 0.05
 set xrange [0.5:words(scenes) + 0.5]
-set for [e=-3:2] ytics add (sprintf('%g', 10.0 ** e) 10.0 ** e, sprintf('%g', 2 * 10.0 ** e) 2 * 10.0 ** e, \
-    sprintf('%g', 5 * 10.0 ** e) 5 * 10.0 ** e)
+set for [e=-3:2] ytics add @TICS
 set xtics scale 0 rotate by -30 noenhanced ()
 set for [i=1:words(scenes)] xtics add (word(scenes, i) i)
 set key above
