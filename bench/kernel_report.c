@@ -1,7 +1,6 @@
 #include "bench/kernel_report.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "bench/median.h"
 #include "bench/outside.h"
@@ -152,28 +151,31 @@ static double mean_value(const struct mean *mean)
 /* How the figures of several scenes are summarised for a mark; not all scenes need to be measured. */
 enum summary { GEOMETRIC_MEAN, LARGEST, SMALLEST };
 
-static void verdict(FILE *out, const char *what, const struct mean *mean, enum summary summary,
-                    double mark, bool at_least, size_t scenes)
+struct mark {
+    const char *what;
+    const struct mean *mean;
+    enum summary summary;
+    double bound;
+    bool at_least; /* the bound is a lower one */
+    size_t scenes; /* that may have a figure */
+};
+
+static void verdict(FILE *out, const struct mark *mark)
 {
-    const char *where = summary == LARGEST    ? mean->largest_at
-                        : summary == SMALLEST ? mean->smallest_at
-                                              : NULL;
-    double value = summary == LARGEST    ? mean->largest
-                   : summary == SMALLEST ? mean->smallest
-                                         : mean_value(mean);
-    bool met = at_least ? value >= mark : value <= mark;
+    const struct mean *mean = mark->mean;
+    const char *where = "";
+    double value = mean_value(mean);
+    if (mark->summary == LARGEST) value = mean->largest, where = mean->largest_at;
+    if (mark->summary == SMALLEST) value = mean->smallest, where = mean->smallest_at;
+    bool met = mark->at_least ? value >= mark->bound : value <= mark->bound;
     if (mean->count == 0) {
-        fprintf(out, "not measured: %s\n", what);
+        fprintf(out, "not measured: %s\n", mark->what);
         return;
     }
     fprintf(out, "%-7s %s: %.3f (%s %.3g)%s%s, over %u of %zu scenes\n", met ? "met" : "MISSED",
-            what, value, at_least ? "at least" : "at most", mark, where ? ", at " : "",
-            where ? where : "", mean->count, scenes);
+            mark->what, value, mark->at_least ? "at least" : "at most", mark->bound,
+            *where ? ", at " : "", where, mean->count, mark->scenes);
 }
-
-#define MARK_EMBREE       1.0
-#define MARK_EMBREE_WORST 1.3
-#define MARK_PROGRAMS     0.2
 
 void report_summary(FILE *out, const struct scene_results *results, size_t count)
 {
@@ -198,19 +200,22 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
     }
     fputc('\n', out);
     const struct mean *embree = &time[PROGRAM_EMBREE];
-    verdict(out, "time / Embree, geometric mean", embree, GEOMETRIC_MEAN, MARK_EMBREE, false,
-            count);
-    verdict(out, "time / Embree, worst scene", embree, LARGEST, MARK_EMBREE_WORST, false, count);
-    verdict(out, "time / Tachyon, geometric mean", &time[PROGRAM_TACHYON], GEOMETRIC_MEAN,
-            MARK_PROGRAMS, false, count);
-    verdict(out, "time / POV-Ray, geometric mean", &time[PROGRAM_POVRAY], GEOMETRIC_MEAN,
-            MARK_PROGRAMS, false, count);
-    verdict(out, "primary rays/s of the kernel / Embree's packets on meshes, geometric mean",
-            &kernel, GEOMETRIC_MEAN, 1, true, meshes);
-    verdict(out, "the same, worst mesh", &kernel, SMALLEST, 1, true, meshes);
-    verdict(out, "the same with making rays and colours, geometric mean", &whole, GEOMETRIC_MEAN, 1,
-            true, meshes);
-    verdict(out, "bytes per triangle / Embree's, worst mesh", &bytes, LARGEST, 1, false, meshes);
+    const struct mark marks[] = {
+        {"time / Embree, geometric mean", embree, GEOMETRIC_MEAN, 1, false, count},
+        {"time / Embree, worst scene", embree, LARGEST, 1.3, false, count},
+        {"time / Tachyon, geometric mean", &time[PROGRAM_TACHYON], GEOMETRIC_MEAN, 0.2, false,
+         count},
+        {"time / POV-Ray, geometric mean", &time[PROGRAM_POVRAY], GEOMETRIC_MEAN, 0.2, false,
+         count},
+        {"primary rays/s of the kernel / Embree's packets on meshes, geometric mean", &kernel,
+         GEOMETRIC_MEAN, 1, true, meshes},
+        {"the same, worst mesh", &kernel, SMALLEST, 1, true, meshes},
+        {"the same with making rays and colours, geometric mean", &whole, GEOMETRIC_MEAN, 1, true,
+         meshes},
+        {"bytes per triangle / Embree's, worst mesh", &bytes, LARGEST, 1, false, meshes},
+    };
+    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+        verdict(out, &marks[i]);
 }
 
 /* ---- files ---- */
