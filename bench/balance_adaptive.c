@@ -1,13 +1,10 @@
 /* The section "adaptive": adaptive runs, whose passes are shared out one after the other. */
-#include <math.h>
-#include <stdlib.h>
 
 #include "bench/balance.h"
 #include "bench/balance_passes.h"
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
 #include "bench/median.h"
-#include "common/message.h"
 
 /* Scenes and target errors: about those that 16 and 64 samples of every pixel leave (bench/README.md). */
 static const struct adaptive_case {

@@ -1,6 +1,4 @@
 /* The section "real": runs on this machine, in wall time where that is meaningful here. */
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "bench/balance.h"
@@ -8,7 +6,6 @@
 #include "bench/balance_trace.h"
 #include "bench/median.h"
 #include "bench/outside.h"
-#include "common/message.h"
 
 #define SAMPLES   16
 #define SAMPLED   "sampling.samples=16"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "bench/error_lattice.h"
+#include "bench/scenes.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "test/renderer_fixture.h"

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "bench/scenes.h"
 #include "common/message.h"
 #include "test/renderer_fixture.h"
 

@@ -3,7 +3,7 @@
 #ifndef FARM_BENCH_ERROR_LATTICE_H
 #define FARM_BENCH_ERROR_LATTICE_H
 
-#include "bench/scenes.h"
+#include "common/scene.h"
 #include "common/tile.h"
 #include "master/canvas.h"
 

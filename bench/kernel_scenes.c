@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "bench/outside.h"
-#include "common/message.h"
 #include "common/vec.h"
 
 #define PI 3.14159265358979324

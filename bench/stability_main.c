@@ -8,7 +8,6 @@
 #include "bench/outside.h"
 #include "bench/stability.h"
 #include "common/clock.h"
-#include "common/message.h"
 
 /* The catalogue itself has 58 rows. Row 59 compares whole pictures with those of the reference renderer in 448 bits;
  * rows 60 and 61 are about surfaces that touch. */

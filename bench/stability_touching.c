@@ -1,5 +1,4 @@
 /* Rows 60 and 61: an object that exactly fills another one, and rays that exactly hit edges. */
-#include <string.h>
 
 #include "bench/stability.h"
 #include "worker/corner.h"
