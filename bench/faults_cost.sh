@@ -45,7 +45,7 @@ while kill -0 $farm 2>/dev/null; do
 done
 wait $farm || exit 1
 [ -s spent ] || { echo "faults_cost.sh: no thread of a journal was seen" >&2; exit 1; }
-render=$(sed -n '/"workers"/,/\]/s/.*"cpu_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
+render=$(value a.json cpu_s head)
 
 ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | median; }
 {

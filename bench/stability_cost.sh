@@ -9,6 +9,7 @@
 set -eu
 export LC_ALL=C # figures with a decimal point
 cd "$(dirname "$0")/.."
+. bench/report.sh
 FARM=$(realpath "${FARM:-./farm}")
 pairs=${1:-7}
 [ $# -eq 0 ] || shift
@@ -23,13 +24,12 @@ cpu_seconds() {
     shift 2
     "$FARM" "$scene_file" "render.formulas=$formulas" "output.image=$T/picture.png" \
         "output.report=$T/report.json" "$@" >"$T/log" 2>&1 || { cat "$T/log" >&2; exit 1; }
-    sed -n 's/.*"rank": 0,.*"cpu_s": \([0-9.]*\).*/\1/p' "$T/report.json"
+    value "$T/report.json" cpu_s head
 }
 
 for scene in garden lantern; do
     : >"$T/ratios"
-    i=0
-    while [ "$i" -lt "$pairs" ]; do
+    for i in $(seq "$pairs"); do
         # The order within a pair alternates.
         if [ $((i % 2)) -eq 0 ]; then
             exact=$(cpu_seconds "$scene" exact "$@") paper=$(cpu_seconds "$scene" paper "$@")
@@ -37,7 +37,6 @@ for scene in garden lantern; do
             paper=$(cpu_seconds "$scene" paper "$@") exact=$(cpu_seconds "$scene" exact "$@")
         fi
         echo "$exact $paper" | awk '{ print $1 / $2, $1, $2 }' >>"$T/ratios"
-        i=$((i + 1))
     done
     sort -n "$T/ratios" | awk -v scene="$scene" '{ r[NR] = $1; e[NR] = $2; p[NR] = $3 }
         END {
