@@ -15,7 +15,7 @@
 
 uint32_t level_columns(uint32_t size, unsigned level)
 {
-    return (size + (1u << level) - 1) >> level;
+    return divide_up(size, 1u << level);
 }
 
 size_t level_tiles(const struct tile_costs *map, unsigned level)
@@ -29,8 +29,8 @@ struct tile level_tile(const struct tile_costs *map, unsigned level, size_t i)
     uint32_t x = (uint32_t)(i % across) * edge, y = (uint32_t)(i / across) * edge;
     return (struct tile){.x = x,
                          .y = y,
-                         .w = map->width - x < edge ? map->width - x : edge,
-                         .h = map->height - y < edge ? map->height - y : edge,
+                         .w = smaller(edge, map->width - x),
+                         .h = smaller(edge, map->height - y),
                          .step = 1};
 }
 

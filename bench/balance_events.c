@@ -41,10 +41,7 @@ static void settle(struct events *events, size_t at, const struct event *last)
 
 void events_add(struct events *events, const struct event *event)
 {
-    if (events->count == events->capacity) {
-        events->capacity = events->capacity ? 2 * events->capacity : 256;
-        events->heap = reallocate(events->heap, events->capacity, sizeof *events->heap);
-    }
+    events->heap = grow(events->heap, events->count, sizeof *events->heap);
     struct event added = *event;
     added.order = events->added++;
     settle(events, events->count++, &added);

@@ -16,7 +16,7 @@ struct event {
 
 struct events {
     struct event *heap; /* owned */
-    size_t count, capacity;
+    size_t count;
     uint64_t added;
 };
 

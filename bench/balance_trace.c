@@ -54,15 +54,11 @@ static struct traced read_bar(const char *line, enum traced_kind kind)
 void trace_read(struct trace *trace, const char *path)
 {
     char *text = report_text(path), *rest = text, *line;
-    size_t room = 0;
     enum traced_kind kind;
     *trace = (struct trace){0};
     while ((line = strsep(&rest, "\n"))) {
         if (!read_kind(line, &kind)) continue;
-        if (trace->count == room) {
-            room = room ? 2 * room : 1024;
-            trace->bars = reallocate(trace->bars, room, sizeof *trace->bars);
-        }
+        trace->bars = grow(trace->bars, trace->count, sizeof *trace->bars);
         trace->bars[trace->count++] = read_bar(line, kind);
     }
     free(text);

@@ -17,7 +17,7 @@ struct value {
 };
 
 static struct value *values;
-static size_t value_count, capacity;
+static size_t value_count;
 
 static struct value *find(const char *name)
 {
@@ -30,10 +30,7 @@ static void set(const char *name, double value)
 {
     struct value *old = find(name);
     if (!old) {
-        if (value_count == capacity) {
-            capacity = capacity ? 2 * capacity : 256;
-            values = reallocate(values, capacity, sizeof *values);
-        }
+        values = grow(values, value_count, sizeof *values);
         old = &values[value_count++];
         snprintf(old->name, sizeof old->name, "%s", name);
     }

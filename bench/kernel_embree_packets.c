@@ -4,6 +4,7 @@
 #include "bench/kernel_embree.h"
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/whole.h"
 
 #define WIDE  16
 /* Packets between two readings of the clock: 100 kB, within the second-level cache. */
@@ -135,7 +136,7 @@ double trace_primary(const struct model *model, float *rgb)
     const struct view *view = &model->scene->view;
     if (view->width % SQUARE || view->height % SQUARE)
         fatal("packets need a picture whose edges are multiples of %d", SQUARE);
-    struct packets *packets = aligned_alloc(64, (sizeof *packets + 63) / 64 * 64);
+    struct packets *packets = aligned_alloc(64, round_up_to(sizeof *packets, 64));
     if (!packets) fatal("out of memory");
     bool wide = rtcGetDeviceProperty(model->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) > 0;
     packets->model = model;

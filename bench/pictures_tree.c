@@ -6,6 +6,7 @@
 #include "bench/pictures.h"
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/whole.h"
 #include "worker/bvh_leaf.h"
 #include "worker/primitive.h"
 
@@ -22,10 +23,10 @@ static uint64_t entries_of(const struct bvh *model)
 
 static struct bvh *allocate_tree(const struct bvh *model, uint32_t nodes)
 {
-    size_t head = (sizeof(struct bvh) + 63) / 64 * 64;
+    size_t head = round_up_to(sizeof(struct bvh), 64);
     size_t list = head + nodes * sizeof(struct bvh_node);
     size_t entries = entries_of(model) * ENTRY_ROOM + LEAF_END;
-    size_t bytes = list + (entries * sizeof(struct bvh_leaf) + 63) / 64 * 64;
+    size_t bytes = list + round_up_to(entries * sizeof(struct bvh_leaf), 64);
     struct bvh *tree = aligned_alloc(64, bytes);
     if (!tree) fatal("no memory for a tree");
     memset(tree, 0, bytes);
