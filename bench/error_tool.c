@@ -31,21 +31,17 @@
 
 static int compare(const char *first, const char *second)
 {
-    struct canvas a, b;
-    if (!picture_read(first, &a)) return EXIT_FAILURE;
-    if (!picture_read(second, &b)) {
-        canvas_free(&a);
-        return EXIT_FAILURE;
-    }
-    bool same = a.width == b.width && a.height == b.height;
-    if (same)
-        printf("%.9g\n", picture_compare(&a, &b).rmse);
-    else
+    struct canvas a = {0}, b = {0};
+    bool good = picture_read(first, &a) && picture_read(second, &b);
+    if (good && (a.width != b.width || a.height != b.height)) {
         fprintf(stderr, "%s is %u x %u, %s is %u x %u: they cannot be compared\n", first, a.width,
                 a.height, second, b.width, b.height);
+        good = false;
+    }
+    if (good) printf("%.9g\n", picture_compare(&a, &b).rmse);
     canvas_free(&a);
     canvas_free(&b);
-    return same ? EXIT_SUCCESS : EXIT_FAILURE;
+    return good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 static int export(const char *config, const char *out, const char *const *overrides)
