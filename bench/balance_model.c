@@ -92,13 +92,11 @@ static double simulated(unsigned scene, enum schedule schedule, const struct far
 }
 
 /*
- * Values of one run: wall seconds of rendering as measured, as simulated, and in the ideal case that nothing but
- * tiles takes time and no rank waits; the average part of a core that ranks had while they rendered; and the
- * part of the cores' time that the farm used.
+ * Figures of a run: wall seconds of rendering as measured, as simulated, and in the ideal case that nothing but tiles
+ * takes time and no rank waits; the average part of a core that ranks had while they rendered; the part of the cores'
+ * time that the farm used; and the relative error of the simulation.
  */
-struct comparison {
-    double measured, simulated, ideal, share, used;
-};
+enum { MEASURED, SIMULATED, IDEAL, SHARE, USED, OFF, FIGURES };
 
 /* A row of the table. */
 struct row {
@@ -106,48 +104,44 @@ struct row {
     unsigned ranks;
 };
 
-static struct comparison compare(unsigned scene, const struct row *row,
-                                 const struct surroundings *around)
+/* Makes the i-th run of a row. */
+static void run_row(unsigned scene, const struct row *row, const struct surroundings *around,
+                    double figures[FIGURES][RUNS], unsigned i)
 {
+    double busy = fmin(row->ranks, cores());
     struct trace trace;
     struct farm_run run = farm_run(row->ranks, bench_scenes[scene].config, PICTURE,
                                    "sampling.samples=%d output.trace=" TRACE " farm.schedule=%s",
                                    SAMPLES, schedule_names[row->schedule]);
     trace_read(&trace, TRACE);
-    struct comparison both = {.measured = run.render_s,
-                              .simulated = simulated(scene, row->schedule, &run, &trace, around),
-                              .ideal = trace_cpu(&trace) / fmin(row->ranks, cores())};
-    both.used = (all_cpu(&run) + run.master_cpu_s) / fmin(row->ranks, cores()) / run.render_s;
-    for (unsigned i = 0; i < row->ranks; i++)
-        both.share += trace_share(&trace, i) / row->ranks;
+    figures[MEASURED][i] = run.render_s;
+    figures[SIMULATED][i] = simulated(scene, row->schedule, &run, &trace, around);
+    figures[IDEAL][i] = trace_cpu(&trace) / busy;
+    figures[USED][i] = (all_cpu(&run) + run.master_cpu_s) / busy / run.render_s;
+    figures[OFF][i] = figures[SIMULATED][i] / figures[MEASURED][i] - 1;
+    figures[SHARE][i] = 0;
+    for (unsigned rank = 0; rank < row->ranks; rank++)
+        figures[SHARE][i] += trace_share(&trace, rank) / row->ranks;
     trace_free(&trace);
-    return both;
 }
 
 /* Prints a row; returns the relative error of the simulation, the median over runs. */
 static double put_row(FILE *out, unsigned scene, const struct row *row,
                       const struct surroundings *around)
 {
-    double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], used[RUNS], offs[RUNS];
-    for (unsigned i = 0; i < RUNS; i++) {
-        struct comparison both = compare(scene, row, around);
-        times[i] = both.measured;
-        models[i] = both.simulated;
-        ideals[i] = both.ideal;
-        shares[i] = both.share;
-        used[i] = both.used;
-        offs[i] = both.simulated / both.measured - 1;
-    }
-    double off = median_of(offs, RUNS);
-    if (!isfinite(off)) fatal("what the simulated farm says is no time");
+    double figures[FIGURES][RUNS], medians[FIGURES];
+    for (unsigned i = 0; i < RUNS; i++)
+        run_row(scene, row, around, figures, i);
+    for (unsigned k = 0; k < FIGURES; k++)
+        medians[k] = median_of(figures[k], RUNS); /* which sorts them */
+    if (!isfinite(medians[OFF])) fatal("what the simulated farm says is no time");
     fprintf(out,
             "| %s | %s | %u | %.3f | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
-            bench_scenes[scene].name, schedule_names[row->schedule], row->ranks,
-            median_of(shares, RUNS), median_of(used, RUNS), median_of(ideals, RUNS),
-            median_of(times, RUNS), median_of(models, RUNS), 100 * off, 100 * offs[0],
-            100 * offs[RUNS - 1]);
+            bench_scenes[scene].name, schedule_names[row->schedule], row->ranks, medians[SHARE],
+            medians[USED], medians[IDEAL], medians[MEASURED], medians[SIMULATED],
+            100 * medians[OFF], 100 * figures[OFF][0], 100 * figures[OFF][RUNS - 1]);
     fflush(out);
-    return off;
+    return medians[OFF];
 }
 
 static void put_heading(FILE *out, const struct surroundings *around)
