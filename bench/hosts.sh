@@ -80,8 +80,9 @@ enter node1 sh "$T/command" >"$T/log" 2>&1
 status=$?
 echo "exit status $status"
 for i in $(seq $n); do
-    echo "node$i: $(grep -c "\"host\": \"node$i\"" "$T/many.json") ranks," \
-        "$(($(received "$i") - $(cat "$T/before$i"))) bytes received"
+    took=$(grep -c "\"host\": \"node$i\"" "$T/many.json") plural=s
+    [ "$took" -ne 1 ] || plural=
+    echo "node$i: $took rank$plural, $(($(received "$i") - $(cat "$T/before$i"))) bytes received"
 done
 sed -n 's/^ *"bytes": \([0-9]*\),$/scene: \1 bytes/p' "$T/many.json" | head -1
 if cmp -s "$T/one.pfm" "$T/many.pfm"; then echo "the same picture as on one host"

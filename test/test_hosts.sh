@@ -13,7 +13,7 @@ hosts() { sh bench/hosts.sh "2 1" config/hello.ini image.width=160 image.height=
 hosts
 said() { grep -q "$1" "$T/hosts" || { cat "$T/hosts"; return 1; }; }
 check "two hosts with different numbers of ranks render the picture of one" said '^the same picture'
-check "every host took part" said '^node2: 1 ranks'
+check "every host took part" said '^node2: 1 rank,'
 refused() {
     for argument in output.image="$T/y.png" output.report="$T/y.json"; do
         run 2 sh bench/hosts.sh "2 1" config/hello.ini image.width=16 "$argument" &&
