@@ -382,6 +382,19 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     return cut(journal) || journal_refuse(journal->path, "shortened", errno);
 }
 
+bool journal_has_room(const struct journal *journal, uint64_t bytes)
+{
+    struct statvfs file_system;
+    if (fstatvfs(journal->file, &file_system) != 0) return true;
+    uint64_t room = (uint64_t)file_system.f_bavail * file_system.f_frsize;
+    if (bytes <= room) return true;
+    user_error(journal->path, 0,
+               "the journal takes up to %.1f MB, but the disk has only %.1f MB left: free some "
+               "space, or choose another place with output.journal=FILE (empty: none)",
+               1e-6 * (double)bytes, 1e-6 * (double)room);
+    return false;
+}
+
 /* Makes the open file the journal; false: it cannot. *again: to be opened again, as the file was renamed, or
  * another one took its name. */
 static bool take_over(struct journal *journal, const struct journal_reader *reader, bool *again)
@@ -399,6 +412,9 @@ static bool take_over(struct journal *journal, const struct journal_reader *read
         give_back_room(journal);
         return write_header(journal);
     case CONTENT_OTHER:
+        if (!journal_is_aside(journal->path, &header, sizeof header) &&
+            !journal_has_room(journal, reader->room))
+            return false;
         *again = journal_set_aside(journal->path, why);
         return false;
     case CONTENT_UNREAD:
@@ -446,13 +462,6 @@ const char *journal_path(const struct journal *journal)
 uint64_t journal_record_bytes(size_t payload)
 {
     return sizeof(struct record_header) + payload;
-}
-
-uint64_t journal_room(const struct journal *journal)
-{
-    struct statvfs file_system;
-    if (fstatvfs(journal->file, &file_system) != 0) return UINT64_MAX;
-    return (uint64_t)file_system.f_bavail * file_system.f_frsize;
 }
 
 void journal_reserve(struct journal *journal, uint64_t bytes)

@@ -43,6 +43,7 @@ struct journal_reader {
     bool (*take)(void *state, const struct journal_record *record);
     void *state;
     size_t largest; /* most bytes of a payload; a record that claims more is damaged */
+    uint64_t room;  /* bytes that a new journal has to have room for */
 };
 
 /* What was found when the journal was opened. */
@@ -68,7 +69,8 @@ bool journal_writable(const char *path);
 
 /*
  * Opens or creates the journal at path and passes what it holds to the reader. Returns NULL after user_error():
- * another run has it open, it cannot be read, or no file can be created.
+ * another run has it open, it cannot be read, no file can be created, or another journal would have to give way to a
+ * new one for which there is no room.
  *
  * A journal of another picture that is not empty is renamed (path.1, path.2, ...) with a warning, and so is a
  * file that is no journal. A journal of this picture that was renamed so is renamed back, with a note. How much
@@ -92,8 +94,8 @@ const char *journal_path(const struct journal *journal);
 /* Bytes that a record takes in the file; payload: bytes of its payload. */
 uint64_t journal_record_bytes(size_t payload);
 
-/* Free bytes in its file system; UINT64_MAX: unknown. */
-uint64_t journal_room(const struct journal *journal);
+/* Whether its file system has room for `bytes` more, or that is not known; false after user_error(). */
+bool journal_has_room(const struct journal *journal, uint64_t bytes);
 
 /* Reserves space for `bytes` more, so that it does not matter if the disk fills up meanwhile. Has no effect
  * where that is not possible. */

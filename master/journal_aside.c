@@ -105,6 +105,14 @@ static struct aside find_longest(const char *path, const void *header, size_t by
     return longest;
 }
 
+bool journal_is_aside(const char *path, const void *header, size_t bytes)
+{
+    struct aside aside = find_longest(path, header, bytes);
+    bool found = aside.path != NULL;
+    leave(&aside);
+    return found;
+}
+
 bool journal_take_back(const char *path, const void *header, size_t bytes)
 {
     struct aside aside = find_longest(path, header, bytes);

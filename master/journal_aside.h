@@ -16,4 +16,7 @@ bool journal_set_aside(const char *path, const char *why);
  */
 bool journal_take_back(const char *path, const void *header, size_t bytes);
 
+/* Whether journal_take_back() would find one. */
+bool journal_is_aside(const char *path, const void *header, size_t bytes);
+
 #endif

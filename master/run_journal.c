@@ -96,7 +96,7 @@ bool open_run_journal(struct run *run, const struct scene *scene)
 {
     const char *path = run->job.settings.output.journal;
     if (!*path) return true;
-    run->save = save_open(path, scene, &run->canvas, run->adaptive);
+    run->save = save_open(path, scene, &run->canvas, run->adaptive, tiles_left(run));
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;

@@ -328,8 +328,16 @@ static uint64_t picture_hash(const struct scene *scene, const struct adaptive *a
     return journal_picture_hash(scene, program);
 }
 
+/* Bytes that further tiles and pixels take. The queue may split tiles: four times as many are ample. How many
+ * passes will follow the current one is not known. */
+static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
+{
+    return 4 * tiles * journal_record_bytes(sizeof(struct part_head)) +
+           pixels * (save->adaptive ? REFINED_FLOATS : 3) * sizeof(float);
+}
+
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
-                       struct adaptive *adaptive)
+                       struct adaptive *adaptive, uint32_t tiles)
 {
     struct save *save = allocate_zeroed(1, sizeof *save);
     save->canvas = canvas;
@@ -339,6 +347,7 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
         .take = take_record,
         .state = save,
         .largest = part_bytes(TILE_MAX_PIXELS),
+        .room = bytes_to_come(save, tiles, canvas_pixels(canvas)),
     };
     save->journal = journal_open(path, picture_hash(scene, adaptive), &reader);
     if (save->journal) return save;
@@ -357,23 +366,9 @@ bool save_was_empty(const struct save *save)
     return journal_was_empty(save->journal);
 }
 
-/* Bytes that further tiles and pixels take. The queue may split tiles: four times as many are ample. How many
- * passes will follow the current one is not known. */
-static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
-{
-    return 4 * tiles * journal_record_bytes(sizeof(struct part_head)) +
-           pixels * (save->adaptive ? REFINED_FLOATS : 3) * sizeof(float);
-}
-
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
 {
-    uint64_t bytes = bytes_to_come(save, tiles, pixels), room = journal_room(save->journal);
-    if (bytes <= room) return true;
-    user_error(journal_path(save->journal), 0,
-               "the journal takes up to %.1f MB, but the disk has only %.1f MB left: free some "
-               "space, or choose another place with output.journal=FILE (empty: none)",
-               1e-6 * (double)bytes, 1e-6 * (double)room);
-    return false;
+    return journal_has_room(save->journal, bytes_to_come(save, tiles, pixels));
 }
 
 void save_start(struct save *save, uint32_t tiles, uint64_t pixels)

@@ -26,10 +26,10 @@ struct save;
  * Opens the journal at path for this scene and puts what it holds into the canvas, which outlives the result.
  * With adaptive sampling this goes through adaptive_put(), pass by pass: each pass is planned again from the one
  * before, with the time limit that its records state, and a record counts if it has exactly what that plan asks
- * for. NULL after user_error() (journal_open()).
+ * for. tiles: about how many the whole picture has. NULL after user_error() (journal_open()).
  */
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
-                       struct adaptive *adaptive);
+                       struct adaptive *adaptive, uint32_t tiles);
 
 /* What an earlier run has left, to be used by this one until save_start(); from then on only `all` of it. Valid as long
  * as save is. */

@@ -55,7 +55,7 @@ static inline bool take(void *state, const struct journal_record *record)
 static inline struct journal *open_as(struct scratch *s, uint64_t picture, struct seen *seen)
 {
     *seen = (struct seen){.accepted = UINT32_MAX};
-    struct journal_reader reader = {take, seen, PAYLOAD};
+    struct journal_reader reader = {take, seen, PAYLOAD, 0};
     message_capture(s->said, sizeof s->said);
     struct journal *journal = journal_open(PATH, picture, &reader);
     message_capture(NULL, 0);

@@ -393,7 +393,7 @@ static void test_moved(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
-    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal_reader reader = {take, &seen, PAYLOAD, 0};
     write_journal(s, 2);
     struct journal *journal = open_as(s, PICTURE, &seen);
     assert_true(journal_exists(journal));
@@ -630,6 +630,9 @@ static void test_reserved_by_killed(void **state)
     }
 }
 
+static const struct statvfs small_disk = {
+    .f_bsize = 5, .f_frsize = 7, .f_bfree = 13, .f_bavail = 11};
+
 /* Of the free room, what an ordinary user may have. */
 static void test_room(void **state)
 {
@@ -637,12 +640,49 @@ static void test_room(void **state)
     struct seen seen;
     write_journal(s, 0);
     struct journal *journal = open_as(s, PICTURE, &seen);
-    assert_true(journal_room(journal) == UINT64_MAX);
-    file_system = (struct statvfs){.f_bsize = 5, .f_frsize = 7, .f_bfree = 13, .f_bavail = 11};
+    assert_true(journal_has_room(journal, UINT64_MAX)); /* not known */
+    file_system = small_disk;
     has_file_system = true;
-    assert_int_equal(journal_room(journal), 77);
+    assert_true(journal_has_room(journal, 77));
+    message_capture(s->said, sizeof s->said);
+    assert_false(journal_has_room(journal, 78));
+    message_capture(NULL, 0);
     has_file_system = false;
+    assert_non_null(strstr(s->said, "free some space"));
     journal_remove(journal);
+}
+
+/* Opens the journal of PICTURE + 1 on a disk with 77 bytes left. */
+static struct journal *open_in_little_room(struct scratch *s, uint64_t room)
+{
+    struct seen seen = {.accepted = UINT32_MAX};
+    struct journal_reader reader = {take, &seen, PAYLOAD, room};
+    file_system = small_disk;
+    has_file_system = true;
+    message_capture(s->said, sizeof s->said);
+    struct journal *journal = journal_open(PATH, PICTURE + 1, &reader);
+    message_capture(NULL, 0);
+    has_file_system = false;
+    return journal;
+}
+
+/* Another picture's journal gives way only to one that has room, or needs none, as it is there already. */
+static void test_no_room_beside_another(void **state)
+{
+    struct scratch *s = *state;
+    write_journal(s, 2);
+    assert_null(open_in_little_room(s, 78));
+    assert_int_equal(strncmp(s->said, PATH ": the journal takes up to ", strlen(PATH) + 26), 0);
+    assert_true(access(PATH, F_OK) == 0 && access(PATH ".1", F_OK) != 0);
+    struct journal *journal = open_in_little_room(s, 77);
+    assert_true(journal && strstr(s->said, "it is now called " PATH ".1\n"));
+    append(journal, 0);
+    journal_close(journal);
+    assert_int_equal(rename(PATH, PATH ".2") + rename(PATH ".1", PATH), 0);
+    journal = open_in_little_room(s, 78);
+    assert_true(journal && strstr(s->said, PATH ".2 is this picture's"));
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1"), 0);
 }
 
 /* That PATH is of no use is told before rendering. */
@@ -672,7 +712,7 @@ static void test_no_place(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
-    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal_reader reader = {take, &seen, PAYLOAD, 0};
     unlink(PATH);
     assert_int_equal(mkdir(PATH, 0700), 0);
     check_irregular(s);
@@ -823,6 +863,7 @@ int main(void)
         cmocka_unit_test(test_reserved),
         cmocka_unit_test(test_reserved_by_killed),
         cmocka_unit_test(test_room),
+        cmocka_unit_test(test_no_room_beside_another),
         cmocka_unit_test(test_no_place),
         cmocka_unit_test(test_sync_pause),
         cmocka_unit_test(test_sync_again),

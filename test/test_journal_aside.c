@@ -171,7 +171,7 @@ static void test_not_back_again(void **state)
     assert_int_equal(rename(PATH, PATH ".2"), 0);
     write_journal(s, 2);
     assert_int_equal(rename(PATH, PATH ".1"), 0);
-    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal_reader reader = {take, &seen, PAYLOAD, 0};
     struct journal *other = journal_open(PATH ".1", PICTURE, &reader);
     struct journal *journal = open_as(s, PICTURE, &seen);
     assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));

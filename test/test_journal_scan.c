@@ -400,7 +400,7 @@ static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distan
     assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
     fclose(file);
     seen = (struct seen){.accepted = UINT32_MAX};
-    struct journal_reader reader = {take, &seen, BYTES};
+    struct journal_reader reader = {take, &seen, BYTES, 0};
     message_capture(s->said, sizeof s->said);
     journal = journal_open(PATH, PICTURE, &reader);
     message_capture(NULL, 0);
@@ -435,7 +435,7 @@ static void test_unusable_records(void **state)
 {
     struct scratch *s = *state;
     struct seen seen = {.accepted = 2};
-    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal_reader reader = {take, &seen, PAYLOAD, 0};
     write_journal(s, 4);
     struct journal *journal = open_by(s, &reader);
     assert_true(journal_found(journal).records == 2);
@@ -459,7 +459,7 @@ static void test_refused_alone(void **state)
     enum { SIZE = HEADER + 3 * RECORD };
     char bytes[SIZE];
     struct seen seen = {.accepted = 0};
-    struct journal_reader reader = {take, &seen, PAYLOAD};
+    struct journal_reader reader = {take, &seen, PAYLOAD, 0};
     write_journal(s, 3);
     assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
     struct journal *journal = open_by(s, &reader);

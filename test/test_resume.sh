@@ -27,11 +27,14 @@ cyclic() { # of what there is some is of use
 }
 check "cyclic" cyclic
 
-# A disk without room for the rest: nothing is rendered, and the journal of the earlier run stays.
+# A disk without room for the rest: nothing is rendered, and the journal of the earlier run stays, that of another
+# picture (of 65 samples) in its place.
 cat >refuses <<'END'
 mount -t tmpfs -o size=1m none small && cp crowded small/a.journal || exit 1
 "$@" output.journal=small/a.journal
-[ $? -eq 2 ] && cmp crowded small/a.journal && rm small/a.journal || exit 1
+[ $? -eq 2 ] && cmp crowded small/a.journal || exit 1
+"$@" output.journal=small/a.journal sampling.samples=65
+[ $? -eq 2 ] && cmp crowded small/a.journal && [ ! -e small/a.journal.1 ] && rm small/a.journal || exit 1
 "$@" output.journal=small/a.journal
 [ $? -eq 2 ] && [ ! -e small/a.journal ]
 END
@@ -41,7 +44,7 @@ small_disk() (
     unshare --mount sh refuses timeout 60 "$FARM" "$SCENE" $SIZE output.image=a.pfm 2>e
     status=$?
     cat e
-    [ $status -eq 0 ] && [ "$(grep -c 'but the disk has only' e)" -eq 2 ]
+    [ $status -eq 0 ] && [ "$(grep -c 'but the disk has only' e)" -eq 3 ]
 )
 mkdir small
 if unshare --mount mount -t tmpfs none small 2>/dev/null; then check "no room for the rest of a journal" small_disk

@@ -140,7 +140,7 @@ static void leave_tiles(const struct tile *tiles, unsigned count)
 {
     struct canvas canvas;
     canvas_init(&canvas, WIDTH, EDGE);
-    struct save *save = save_open(PATH, scene, &canvas, NULL);
+    struct save *save = save_open(PATH, scene, &canvas, NULL, TILES);
     assert_non_null(save);
     save_start(save, TILES, PIXELS);
     for (unsigned i = 0; i < count; i++) {
@@ -170,7 +170,7 @@ static void begin_sampling(struct sampling *sampling)
 {
     canvas_init(&sampling->canvas, WIDTH, EDGE);
     sampling->adaptive = adaptive_create(&view, &sampling->canvas, 1e-3);
-    sampling->save = save_open(PATH, scene, &sampling->canvas, sampling->adaptive);
+    sampling->save = save_open(PATH, scene, &sampling->canvas, sampling->adaptive, TILES);
     assert_non_null(sampling->save);
     save_start(sampling->save, TILES, PIXELS);
 }

@@ -14,7 +14,7 @@ static struct save *open_at(struct scratch *s, const char *path, struct canvas *
                             struct adaptive *adaptive)
 {
     message_capture(s->said, sizeof s->said);
-    struct save *save = save_open(path, scene, canvas, adaptive);
+    struct save *save = save_open(path, scene, canvas, adaptive, TILES);
     message_capture(NULL, 0);
     assert_non_null(save);
     return save;
@@ -374,7 +374,7 @@ static void test_folder_is_gone(void **state)
     fill(&whole);
     canvas_init(&again, WIDTH, EDGE);
     assert_int_equal(mkdir("there", 0700), 0);
-    struct save *save = save_open("there/" PATH, scene, &whole, NULL);
+    struct save *save = save_open("there/" PATH, scene, &whole, NULL, TILES);
     assert_non_null(save);
     save_start(save, TILES, PIXELS);
     save_at(save, 0, WIDTH);

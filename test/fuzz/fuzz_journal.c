@@ -54,7 +54,7 @@ static bool take(void *state, const struct journal_record *record)
 
 static struct journal *open_journal(const char *path, struct seen *seen)
 {
-    struct journal_reader reader = {take, seen, PAYLOAD};
+    struct journal_reader reader = {take, seen, PAYLOAD, 0};
     return journal_open(path, PICTURE, &reader);
 }
 
