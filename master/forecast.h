@@ -7,7 +7,8 @@
 /* RMSE = rmse * (t / seconds)^-slope after t seconds of rendering: a power law from the present error to the goal. */
 struct error_forecast {
     bool known;
-    bool beyond; /* it is unknown because no run with at most max_samples gets that far */
+    /* It is unknown because no run with at most max_samples (uniform sampling: SAMPLES_MAX) gets that far. */
+    bool beyond;
     double rmse, seconds;
     double goal;                /* the smaller RMSE to be reached */
     double slope, slope_spread; /* slope_spread: standard deviation of slope */
@@ -15,12 +16,6 @@ struct error_forecast {
     double scatter;             /* least uncertainty of the forecast, in seconds of rendering */
     uint32_t max_samples;       /* if it is beyond: those that it takes; 0: not known */
 };
-
-/* Whether the forecast has a number of samples that can be asked for. */
-static inline bool forecast_has_samples(const struct error_forecast *forecast)
-{
-    return forecast->samples > 0 && forecast->samples <= SAMPLES_MAX;
-}
 
 /*
  * Forecast for the same number of samples in every pixel, from how the error went down between samples_halfway() of

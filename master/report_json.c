@@ -226,7 +226,7 @@ static void put_forecast(struct json *json, const struct report *report)
     json_number(json, "slope", -forecast->slope);
     json_number(json, "slope_spread", forecast->slope_spread);
     json_number(json, "rmse", forecast->goal);
-    if (forecast_has_samples(forecast)) json_number(json, "samples", forecast->samples);
+    if (forecast->samples > 0) json_number(json, "samples", forecast->samples);
     json_seconds(json, "render_s", seconds);
     json_seconds(json, "render_low_s", low);
     json_seconds(json, "render_high_s", high);

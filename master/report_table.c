@@ -161,7 +161,10 @@ static struct figure bound_figure(double bound)
 static void put_beyond(struct table *table, const struct report *report)
 {
     flow(table, "an RMSE of %s", goal_figure(report).text);
-    flow_on(table, "is beyond sampling.max_samples = %u", report->max_samples);
+    if (report->forecast.samples > 0)
+        flow_on(table, "would take more than the %u samples that a run can have", SAMPLES_MAX);
+    else
+        flow_on(table, "is beyond sampling.max_samples = %u", report->max_samples);
     if (report->forecast.max_samples > 0)
         flow(table, "%u would be enough", report->forecast.max_samples);
     end_flow(table);
@@ -191,7 +194,7 @@ static void put_forecast(struct table *table, const struct report *report, doubl
                 rough_seconds(others + high).text);
     else
         flow_on(table, "(%s or more)", rough_seconds(others + low).text);
-    if (forecast_has_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
+    if (forecast->samples > 0) flow(table, "with %.0f samples", forecast->samples);
     if (forecast->slope <= FORECAST_STEEPEST)
         flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
     end_flow(table);

@@ -112,13 +112,26 @@ static bool points_of(const struct watch *watch, struct error_point points[2])
            error_point(&all, watch->pixels_finished, watch->work_s, &points[1]);
 }
 
-/* The forecast of a run with a single pass: from its middle and its end. */
+/* The forecast from these two points to a goal, which may need more samples than a run can have. */
+static struct error_forecast forecast_of_samples(const struct watch *watch,
+                                                 const struct error_point points[2], double goal)
+{
+    struct error_forecast forecast = error_forecast(points, watch->samples, goal);
+    forecast.beyond = forecast.known && forecast.samples > SAMPLES_MAX;
+    forecast.known &= !forecast.beyond;
+    return forecast;
+}
+
+/* The forecast of a run with a single pass: from its middle and its end. The round goal may be beyond, half of the
+ * error may not. */
 static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
     struct error_point points[2];
     if (samples_halfway(watch->samples) == 0 || !points_of(watch, points))
         return (struct error_forecast){0};
-    return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
+    double rmse = points[1].rmse;
+    struct error_forecast forecast = forecast_of_samples(watch, points, forecast_goal(rmse));
+    return forecast.beyond ? forecast_of_samples(watch, points, rmse / 2) : forecast;
 }
 
 /* The power of the number of samples with which the squared error falls after the first pass, as long as that is

@@ -47,6 +47,20 @@ static void test_table_beyond(void **state)
                      "\nan RMSE of 0.000012345 is beyond sampling.max_samples = 64, 256");
 }
 
+/* Where all pixels have the same number of samples, it may be beyond what any run can have. */
+static void test_table_beyond_all(void **state)
+{
+    begin();
+    report.forecast = (struct error_forecast){
+        .rmse = 0.000098, .goal = 0.000049123, .samples = 70000, .beyond = true};
+    report.max_samples = 50000;
+    assert_table_has(
+        &report, 80,
+        "\nan RMSE of 0.000049 would take more than the 65536 samples that a run can have\n");
+    assert_json_has(&report, "\"beyond_rmse\": 4.9123e-05\n");
+    assert_json_has(&report, "\"forecast\": null");
+}
+
 /* Nothing is known of what a lower error would take; and what has ended the run. */
 static void test_table_ended(void **state)
 {
@@ -240,6 +254,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_table_beyond),
+        cmocka_unit_test(test_table_beyond_all),
         cmocka_unit_test(test_table_ended),
         cmocka_unit_test(test_table_cut_off),
         cmocka_unit_test(test_table_steep_forecast),

@@ -86,13 +86,27 @@ static void test_single_samples(void **state)
     ended(&watch);
 }
 
+/* No seconds are foretold for more samples than a run may have. */
+static void test_most_samples(void **state)
+{
+    for (uint32_t samples = SAMPLES_MAX / 4; samples <= SAMPLES_MAX; samples *= 4) {
+        struct watch watch = begun(PIXELS, NULL);
+        struct error_forecast forecast;
+        watch.samples = samples;
+        assert_true(watch_end(&watch, 103, 5, &forecast));
+        assert_true(forecast.known == (samples < SAMPLES_MAX) && forecast.beyond != forecast.known);
+        double rmse = watch.log.rows[watch.log.count - 1].estimate.rmse;
+        assert_true(forecast.goal == (forecast.known ? forecast_goal(rmse) : rmse / 2));
+        ended(&watch);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_end),
-        cmocka_unit_test(test_odd_samples),
-        cmocka_unit_test(test_half),
-        cmocka_unit_test(test_single_samples),
+        cmocka_unit_test(test_end),          cmocka_unit_test(test_odd_samples),
+        cmocka_unit_test(test_half),         cmocka_unit_test(test_single_samples),
+        cmocka_unit_test(test_most_samples),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
