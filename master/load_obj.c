@@ -1,13 +1,14 @@
 /*
- * Reads Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, vp, o, g and s are accepted without effect, and other
- * statements are skipped with one warning. As files can be large, they are parsed in place, and no memory is allocated
- * for single lines.
+ * Reads Wavefront OBJ meshes: v, vn, f, usemtl and mtllib. Attributes that have no meaning here are skipped, lines,
+ * points and curves with one warning, unknown statements with another. As files can be large, they are parsed in place,
+ * and no memory is allocated for single lines.
  */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -50,7 +51,8 @@ struct obj {
     struct name_table libraries_seen; /* paths that were read, and names that are missing */
     struct material_library *library;
     uint32_t unknown_names;
-    bool library_missing, told_unknown;
+    bool library_missing;
+    bool told_not_finite, told_drawn, told_unknown; /* warnings that have been given */
 
     struct obj_corner *corners; /* of the present face */
     struct vec3 *points;
@@ -103,12 +105,48 @@ static bool read_vertex(struct obj *obj)
         builder_add_vertex(obj->builder, placement_point(&obj->mesh->placement, point), &index));
 }
 
-/* Zero normals, which some programs write, count as none, as do all normals of a mesh that is to be flat. */
+/* Skips the next word if it is what C libraries write for a number that is not finite: nan, -nan(ind), inf, 1.#QNAN. */
+static bool skip_not_finite(struct scan *scan)
+{
+    static const char *const begins[] = {"nan", "inf", "1.#"};
+    if (scan_at_end(scan)) return false;
+    const char *at = scan->at + strspn(scan->at, "+-");
+    bool found = false;
+    for (size_t i = 0; i < sizeof begins / sizeof *begins; i++)
+        found |= strncasecmp(at, begins[i], 3) == 0;
+    if (found) scan->at += strcspn(scan->at, " \t\r\n");
+    return found;
+}
+
+/* Reads three numbers that are not all finite. */
+static bool skip_normal(struct obj *obj)
+{
+    bool finite = true;
+    double ignored;
+    for (int i = 0; i < 3; i++) {
+        bool skipped = skip_not_finite(&obj->scan);
+        if (!skipped && !scan_number(&obj->scan, &ignored)) return false;
+        finite &= !skipped;
+    }
+    if (finite || !scan_at_end(&obj->scan)) return false;
+    if (!obj->told_not_finite)
+        user_warning(obj->mesh->path, obj->scan.line,
+                     "a normal that is not finite counts as none, as do others");
+    obj->told_not_finite = true;
+    return true;
+}
+
+/* Zero normals, and those that are not finite, which some programs write for faces without an area, count as none, as
+ * do all normals of a mesh that is to be flat. */
 static bool read_normal(struct obj *obj)
 {
     struct vec3 normal;
-    if (!scan_vector(&obj->scan, &normal) || !scan_at_end(&obj->scan))
-        return refuse(obj, "'vn' needs three finite numbers");
+    struct scan start = obj->scan;
+    if (!scan_vector(&obj->scan, &normal) || !scan_at_end(&obj->scan)) {
+        obj->scan = start;
+        if (!skip_normal(obj)) return refuse(obj, "'vn' needs three finite numbers");
+        normal = vec3(0, 0, 0);
+    }
     if (obj->normal_count == UINT32_MAX)
         return refuse(obj, "too many normals, at most 2^32 - 1 are possible");
     obj->normals = grow(obj->normals, obj->normal_count, sizeof *obj->normals);
@@ -378,15 +416,16 @@ static bool look_up(struct obj *obj, const char *name, uint32_t *index)
     }
     *index = obj->mesh->material;
     /* A missing library has been warned of already. */
-    if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES) warn_of_unknown_name(obj, name);
+    if (*name && !obj->library_missing && obj->unknown_names++ < TOLD_NAMES)
+        warn_of_unknown_name(obj, name);
     return true;
 }
 
+/* Some programs write no name for faces without a material. */
 static bool use_material(struct obj *obj)
 {
     char name[MATERIAL_NAME_SIZE];
-    if (!scan_rest(&obj->scan, name, sizeof name))
-        return refuse(obj, "'usemtl' needs the name of a material");
+    scan_rest(&obj->scan, name, sizeof name);
     if (name_table_find(&obj->used, name, &obj->material)) return true;
     if (!look_up(obj, name, &obj->material)) return false;
     name_table_set(&obj->used, name, obj->material);
@@ -413,19 +452,39 @@ static bool amended_found(const struct obj *obj)
 
 /* ---- the file ---- */
 
-static bool pass_over(struct obj *obj)
+/* Attributes and what belongs to curves, and what would be drawn; each list ends with NULL. */
+static const char *const harmless[] = {
+    "vt",   "vp",    "o",     "g",          "s",         "mg",     "bevel", "c_interp", "d_interp",
+    "lod",  "ctech", "stech", "shadow_obj", "trace_obj", "cstype", "deg",   "bmat",     "step",
+    "parm", "trim",  "hole",  "scrv",       "sp",        "end",    "con",   NULL};
+static const char *const drawn[] = {"l", "p", "curv", "curv2", "surf", NULL};
+
+static bool is_among(const char *const *words, const char *word)
 {
-    static const char *const harmless[] = {"vt", "o", "g", "s", "vp"};
-    bool known = false;
-    char word[32], ignored[2];
-    scan_word(&obj->scan, word, sizeof word);
-    for (size_t i = 0; i < sizeof harmless / sizeof *harmless; i++)
-        known |= strcmp(word, harmless[i]) == 0;
-    if (!known && !obj->told_unknown) {
+    while (*words && strcmp(*words, word) != 0)
+        words++;
+    return *words;
+}
+
+static void warn_of_left_out(struct obj *obj, const char *word)
+{
+    bool is_drawn = is_among(drawn, word);
+    bool *told = is_drawn ? &obj->told_drawn : &obj->told_unknown;
+    if (*told) return;
+    *told = true;
+    if (is_drawn)
+        user_warning(obj->mesh->path, obj->scan.line,
+                     "'%s' is left out: lines, points and curves are not rendered", word);
+    else
         user_warning(obj->mesh->path, obj->scan.line,
                      "unknown statement '%s' is left out, as are others after it", word);
-        obj->told_unknown = true;
-    }
+}
+
+static bool pass_over(struct obj *obj)
+{
+    char word[32], ignored[2];
+    scan_word(&obj->scan, word, sizeof word);
+    if (!is_among(harmless, word)) warn_of_left_out(obj, word);
     while (scan_word(&obj->scan, ignored, sizeof ignored)) {
     }
     return true;

@@ -133,13 +133,68 @@ static void test_lines_that_end_by_cr(void **state)
     refused(state, "v 0 0 0\rv 1 0 x\r", "mesh.obj:2: 'v' needs three finite numbers");
 }
 
-static void test_unknown_statements_warn_once(void **state)
+static void test_statements_left_out(void **state)
 {
     struct scratch *s = *state;
-    free(loaded(state, SQUARE "l 1 2\np 1\ncurv 0 1\nf 1 2 3\n", ""));
+    free(loaded(state, SQUARE "l 1 2\np 1\ncurv 0 1\nf 1 2 3\nfacet 1 2 3\nF 1 2 3\n", ""));
     assert_string_equal(
         s->said,
-        "mesh.obj:5: warning: unknown statement 'l' is left out, as are others after it\n");
+        "mesh.obj:5: warning: 'l' is left out: lines, points and curves are not rendered\n"
+        "mesh.obj:9: warning: unknown statement 'facet' is left out, as are others after it\n");
+}
+
+/* What other programs store beside a mesh. */
+static void test_attributes_say_nothing(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state,
+                SQUARE "vt 0 0\nvp 0\no a\ng b c\ns off\nmg 1 0.5\nbevel on\nc_interp off\n"
+                       "d_interp off\nlod 3\nshadow_obj a.obj\ntrace_obj a.obj\nctech cparm 1\n"
+                       "stech cparma 1 1\nf 1 2 3\n",
+                ""));
+    assert_string_equal(s->said, "");
+}
+
+/* Some programs write no numbers as the normals of faces without an area. */
+static void test_normals_that_are_no_numbers(void **state)
+{
+    static const char *const spellings[] = {"nan",       "NaN",      "-nan",     "inf",
+                                            "-Infinity", "+1.#QNAN", "-1.#IND0", "-nan(ind)"};
+    struct scratch *s = *state;
+    for (size_t i = 0; i < sizeof spellings / sizeof *spellings; i++) {
+        char text[256];
+        snprintf(text, sizeof text,
+                 SQUARE "vn 0 0 1\nvn 0 %s 0\nvn %s 0 nan # x\nf 1//1 2//1 3//1\n"
+                        "f 1//2 2//2 3//1\nf 2//3 3//3 4//3\n",
+                 spellings[i], spellings[i]);
+        struct scene *scene = loaded(state, text, "");
+        assert_int_equal(patches_of(scene), 1);
+        assert_int_equal(triangles_of(scene), 2);
+        assert_string_equal(
+            s->said,
+            "mesh.obj:6: warning: a normal that is not finite counts as none, as do others\n");
+        free(scene);
+    }
+    refused(state, "vn 0 0 nan 1\n", "mesh.obj:1: 'vn' needs three finite numbers");
+    refused(state, "vn 0 nan\n", "mesh.obj:1: 'vn' needs three finite numbers");
+    refused(state, "vn 0 nan x\n", "mesh.obj:1: 'vn' needs three finite numbers");
+    refused(state, "vn nan 0 1e999\n",
+            "mesh.obj:1: a number is out of range, expected none beyond 1.79e308");
+}
+
+/* Blender writes no name for faces without a material, TrenchBroom for those of a material that has none. */
+static void test_material_without_a_name(void **state)
+{
+    struct scratch *s = *state;
+    write_text("blank.mtl", "newmtl\nKd 0 0 1\n");
+    struct scene *scene = loaded(
+        state, SQUARE "usemtl red\nf 1 2 3\nusemtl\nf 1 3 4\nmtllib blank.mtl\nusemtl \nf 1 2 4\n",
+        "material = own\n[material own]\ncolor = 0.5 0 0\n[material red]\ncolor = 1 0 0\n");
+    assert_int_equal(triangles_of(scene), 3);
+    assert_true(material_of(scene, 0)->color.x == 1 && material_of(scene, 1)->color.x == 0.5 &&
+                material_of(scene, 2)->color.z == 1);
+    assert_string_equal(s->said, "");
+    free(scene);
 }
 
 static void test_mistakes(void **state)
@@ -183,7 +238,6 @@ static void test_mistakes(void **state)
     refused(state, "mtllib .\n",
             "mesh.obj:1: '.' is no regular file, expected a file of materials");
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
-    refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
     refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");
 }
 
@@ -850,7 +904,10 @@ int main(void)
         cmocka_unit_test(test_text_form),
         cmocka_unit_test(test_names_on_two_lines),
         cmocka_unit_test(test_lines_that_end_by_cr),
-        cmocka_unit_test(test_unknown_statements_warn_once),
+        cmocka_unit_test(test_statements_left_out),
+        cmocka_unit_test(test_attributes_say_nothing),
+        cmocka_unit_test(test_normals_that_are_no_numbers),
+        cmocka_unit_test(test_material_without_a_name),
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_library_between_uses),
