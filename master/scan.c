@@ -68,6 +68,7 @@ bool scan_number(struct scan *scan, double *value)
     skip_blanks(scan);
     const char *end = number_scan(scan->at, value);
     if (!end || !ends_word(scan, end)) return false;
+    if (*end == '#' && end[-1] == '.') return false; /* 1.#QNAN or 1.#INF, no comment behind a 1. */
     if (isinf(*value)) {
         scan->too_large = true;
         return false;

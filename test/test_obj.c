@@ -205,6 +205,8 @@ static void test_mistakes(void **state)
     refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three finite numbers");
     refused(state, "v 1 2 3 4 5 6 7 8\n", "mesh.obj:1: 'v' needs three to seven finite numbers");
     refused(state, "v 1 2 nan\n", "mesh.obj:1: 'v' needs three finite numbers");
+    refused(state, "v 1 2 1.#QNAN\n", "mesh.obj:1: 'v' needs three finite numbers");
+    refused(state, "v 1 2 -1.#IND 1\n", "mesh.obj:1: 'v' needs three finite numbers");
     refused(state, "vn 0 1\n", "mesh.obj:1: 'vn' needs three finite numbers");
     refused(state, SQUARE "f 1 2\n", "mesh.obj:5: 'f' needs at least three corners");
     refused(state, SQUARE "f\n", "mesh.obj:5: 'f' needs at least three corners");
