@@ -39,6 +39,7 @@ struct mtl {
     struct scan scan;
     /* Which warnings have been given: each is given once per file. */
     bool told_curve, told_halo, told_texture, told_emission, told_case, told_no_ior;
+    bool told_gain, told_bright;
 };
 
 struct material_library *material_library_create(void)
@@ -241,8 +242,9 @@ static void finish(struct mtl *mtl, size_t first)
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
         m->material.ambient *= 1 - m->material.transmission;
         m->material.diffuse *= 1 - m->material.transmission;
-        warn_of_gain(&m->material, path, m->line);
-        warn_of_bright_color(&m->material, path, m->color_line);
+        if (!mtl->told_gain) mtl->told_gain = warn_of_gain(&m->material, path, m->line);
+        if (!mtl->told_bright)
+            mtl->told_bright = warn_of_bright_color(&m->material, path, m->color_line);
         warn_of_no_ior(mtl, m);
     }
 }

@@ -143,6 +143,20 @@ static void test_statements_left_out(void **state)
         "mesh.obj:9: warning: unknown statement 'facet' is left out, as are others after it\n");
 }
 
+/* Programs write glass whose shares are above 1 together, in files of hundreds of materials. */
+static void test_gain_is_told_once(void **state)
+{
+    struct scratch *s = *state;
+    write_text("gain.mtl", "newmtl a\nKs 0.5 0.5 0.5\nd 0.25\nillum 4\nKd 2 1 1\n"
+                           "newmtl b\nKs 0.75 0.5 0.5\nd 0.25\nillum 4\nKd 1 2 1\n");
+    free(loaded(state, "mtllib gain.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n", ""));
+    assert_string_equal(s->said,
+                        "gain.mtl:1: warning: reflection and transmission together are 1.25, more "
+                        "than 1: the surface gives off more light than it gets\n"
+                        "gain.mtl:5: warning: a component of the color is more than 1: the surface "
+                        "may give off more light than it gets (full white is 1 1 1)\n");
+}
+
 /* What other programs store beside a mesh. */
 static void test_attributes_say_nothing(void **state)
 {
@@ -907,6 +921,7 @@ int main(void)
         cmocka_unit_test(test_names_on_two_lines),
         cmocka_unit_test(test_lines_that_end_by_cr),
         cmocka_unit_test(test_statements_left_out),
+        cmocka_unit_test(test_gain_is_told_once),
         cmocka_unit_test(test_attributes_say_nothing),
         cmocka_unit_test(test_normals_that_are_no_numbers),
         cmocka_unit_test(test_material_without_a_name),
