@@ -313,6 +313,11 @@ static bool spares_sources(const struct loader *loader, const struct checked_fil
     return true;
 }
 
+static const char *hint_of_name(const char *name)
+{
+    return is_quoted(name) ? QUOTES_HINT : comment_hint(name);
+}
+
 /* Checks the i-th name, also against those before it. */
 static bool name_good(const struct loader *loader, const struct checked_file *files, size_t i)
 {
@@ -323,7 +328,7 @@ static bool name_good(const struct loader *loader, const struct checked_file *fi
         return refuse_setting(loader, file->section, file->key,
                               "%s has an unknown extension, expected %s%s", file->key,
                               file->extension ? file->extension : ".png, .hdr or .pfm",
-                              origin->line ? comment_hint(path_name(file->path)) : "");
+                              origin->line ? hint_of_name(path_name(file->path)) : "");
     }
     for (size_t k = 0; k < i; k++)
         if (same_file(files[k].path, file->path)) return refuse_same(loader, file, &files[k]);

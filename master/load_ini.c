@@ -28,17 +28,11 @@ static void named_file_free(struct named_file *named)
     free(named->root);
 }
 
-/* Whether it begins or ends like text within quotes, which other languages need and INI files do not have. */
-static bool is_quoted(const char *file)
-{
-    return *file && (strchr("\"'", *file) || strchr("\"'", file[strlen(file) - 1]));
-}
-
 /* What may be wrong with the name of a file that cannot be opened, as text behind the reason; the caller frees it.
  * path: NULL where no other file is looked for. */
 static char *hint_of_file(const struct ini_entry *entry, const char *file, const char *path)
 {
-    if (entry->line && is_quoted(file)) return copy_text("; a name stands without quotes");
+    if (entry->line && is_quoted(file)) return copy_text(QUOTES_HINT);
     const char *comment = entry->line ? comment_hint(file) : "";
     char *near = path && !*comment ? nearest_file(path) : NULL;
     char *folder = path_folder(file); /* as it was typed */

@@ -51,6 +51,11 @@ const struct key *key_of_entry(const struct ini_section *section, const struct i
     return NULL;
 }
 
+bool is_quoted(const char *value)
+{
+    return *value && (strchr("\"'", *value) || strchr("\"'", value[strlen(value) - 1]));
+}
+
 const char *comment_hint(const char *value)
 {
     bool comment = strstr(value, " #") || strstr(value, "\t#") || strchr(value, ';');

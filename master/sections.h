@@ -16,6 +16,11 @@ const struct key *key_of_entry(const struct ini_section *section, const struct i
 /* A hint for a message about a value that seems to include what was meant as a comment; else "". */
 const char *comment_hint(const char *value);
 
+/* Whether it begins or ends like text within quotes, which other languages need and INI files do not have; the end of a
+ * message for a name that does. */
+bool is_quoted(const char *value);
+#define QUOTES_HINT "; a name stands without quotes"
+
 /* Stores one entry's value into the structure at base; false after reporting an error. */
 bool read_entry(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *key, void *base);

@@ -284,6 +284,9 @@ static void test_bad_combinations(void **state)
             "other");
     refused(state, "[output]\nimage = a.gif\n",
             "scene.ini:2: image has an unknown extension, expected .png, .hdr or .pfm");
+    refused(state, "[output]\nimage = \"a b.png\"\n",
+            "scene.ini:2: image has an unknown extension, expected .png, .hdr or .pfm; a name "
+            "stands without quotes");
     refused(state, "[output]\nimage =\n",
             "scene.ini:2: image is empty, expected the name of a file");
 }
