@@ -438,6 +438,35 @@ static double odd_component(uint64_t *random)
     return odd[random_below(random, sizeof odd / sizeof *odd)];
 }
 
+/* Seen from far away, one behind the other, are two clusters so far from each other that each has a tree of its own. */
+static const struct flock at_clusters = {
+    .eye = {0, -3e6, 0}, .spread = 0.1, .eye_spread = 0.2, .size = 1};
+
+static struct scene *two_clusters(double transmission)
+{
+    uint64_t random = 48;
+    struct builder *builder = triangles(1, 0.3, transmission, 800);
+    for (unsigned i = 0; i < 800; i++) {
+        struct vec3 p = vec_add(vec3(0, 3e6, 0), random_vector(&random, 7));
+        struct vec3 q = vec_add(p, random_vector(&random, 0.6));
+        add_triangle(builder, p, q, vec_add(p, random_vector(&random, 0.6)), i % 5 == 0);
+        if (i % 4 == 0) add_sphere(builder, p, 0.3, i % 8 == 0);
+    }
+    return finish_scene(builder);
+}
+
+/* Rays that go through several trees. What blocks a shadow ray may be in another tree than what the next one meets. */
+static void test_several_trees(void **state)
+{
+    for (int i = 0; i < 2; i++) {
+        struct scene *scene = two_clusters(i * 0.5);
+        struct bvh *bvh = build_tree(scene);
+        assert_non_null(bvh_next(bvh));
+        free(bvh);
+        check_scene(scene, &at_clusters);
+    }
+}
+
 /* One unusual ray among similar ones. */
 static void test_odd_rays(void **state)
 {
@@ -477,6 +506,7 @@ int main(void)
         cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_far_away),
         cmocka_unit_test(test_odd_rays),
+        cmocka_unit_test(test_several_trees),
         cmocka_unit_test(test_both_ways),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
