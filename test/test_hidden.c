@@ -259,6 +259,13 @@ static void test_found_by_hand(void **state)
     double carried = pow(samples[1] / samples[3], 2) * shown;
     assert_near(sum.carried.squares, carried, 1e-9);
     assert_near(sum.carried.fourths, carried * carried, 1e-9);
+    /* If less error is predicted than its halves show, the pixel has met something instead. */
+    hidden_leave(hidden, at + 1, 0);
+    field->level[at + 1] = 3;
+    hidden_settle(hidden, &field->statistics, at + 1, &before);
+    sum = sum_of(field, hidden);
+    assert_near(sum.levels[1].shortfall, samples[1] / later * own_error(before.difference), 1e-9);
+    assert_near(sum.carried.squares, carried, 1e-9);
     hidden_destroy(hidden);
     field_free(field);
 }
