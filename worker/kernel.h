@@ -1,7 +1,7 @@
 /*
  * The kernel, which is compiled once for every level of processor (common/processor.h). Its files are those
  * of KERNEL in the Makefile. The objects of each level are linked into one, of which only the table below is
- * visible. The sources do not depend on the level, except for worker/quad.h, lanes.h and floats.h.
+ * visible. The sources do not depend on the level, except for worker/quad.h, lanes.h, floats.h and wave.h.
  */
 #ifndef FARM_WORKER_KERNEL_H
 #define FARM_WORKER_KERNEL_H

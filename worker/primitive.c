@@ -105,7 +105,7 @@ static struct crossings cone_crossings_ahead(const struct scene *scene, uint32_t
     return crossings_ahead(scene, id, ray, cone_crossings(cone, ray, leaving, &both, exact));
 }
 
-bool leaves_its_start(const struct scene *scene, const struct ray *ray)
+bool never_meets_its_start(const struct scene *scene, const struct ray *ray)
 {
     uint32_t id = ray->from, index = primitive_index(id), part = ray_from_part(ray);
     switch (primitive_kind(id)) {

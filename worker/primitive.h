@@ -21,11 +21,11 @@ struct crossings triangle_crossings_ahead(const struct scene *scene, uint32_t id
 
 /* Whether primitive_crossings() certainly has none with the primitive that the ray starts on, as that is flat, or as
  * the ray goes outward from it. Not for spheres, of which this is decided in lanes (worker/solid_lanes.h). */
-bool leaves_its_start(const struct scene *scene, const struct ray *ray);
+bool never_meets_its_start(const struct scene *scene, const struct ray *ray);
 
 static inline bool is_left_behind(const struct scene *scene, uint32_t id, const struct ray *ray)
 {
-    return id == ray->from && leaves_its_start(scene, ray);
+    return id == ray->from && never_meets_its_start(scene, ray);
 }
 
 /*

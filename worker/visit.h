@@ -8,7 +8,8 @@
 #include "worker/bvh.h"
 #include "worker/ray.h"
 
-/* Tests the primitives of a leaf; may lower *limit; false ends the traversal of the tree. */
+/* Tests the primitives of a leaf; false ends the traversal of the tree. A search in the order of distance may lower
+ * *limit. */
 typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                         double *limit);
 

@@ -22,11 +22,13 @@
 #define WAVE 256
 
 /*
- * The lanes that IN_LANES() computes at a time: whole registers alone, as code for fewer lanes, once more for each
- * narrower register and for one lane, would take twice as long to compile.
+ * The lanes that IN_LANES() computes at a time: a whole register, as code for fewer lanes, once more for each narrower
+ * register and for one lane, would take twice as long to compile.
  */
-#ifdef __AVX2__
+#if defined __AVX512F__
 #define LANE_BLOCK 8
+#elif defined __AVX2__
+#define LANE_BLOCK 4
 #else
 #define LANE_BLOCK 2
 #endif
@@ -34,9 +36,12 @@
 /*
  * An array with one value per lane. The additional cache line keeps equal lanes of different rows, which are
  * used together, in different sets of the cache: at a distance of 2048 bytes they would share one. It is also for the
- * lanes beyond the last one of a block.
+ * lanes behind the last one, in its block.
  */
-typedef double lane_row[WAVE + 8];
+#define LANE_ROW_END 8
+typedef double lane_row[WAVE + LANE_ROW_END];
+
+_Static_assert(LANE_BLOCK - 1 <= LANE_ROW_END, "a block may begin at the last lane");
 
 struct rows3 {
     lane_row x, y, z;
