@@ -399,7 +399,7 @@ bool journal_has_room(const struct journal *journal, uint64_t bytes)
  * another one took its name. */
 static bool take_over(struct journal *journal, const struct journal_reader *reader, bool *again)
 {
-    uint64_t size;
+    uint64_t size, held;
     bool whole;
     const char *why = NULL;
     struct file_header header = make_header(journal->picture);
@@ -412,9 +412,8 @@ static bool take_over(struct journal *journal, const struct journal_reader *read
         give_back_room(journal);
         return write_header(journal);
     case CONTENT_OTHER:
-        if (!journal_is_aside(journal->path, &header, sizeof header) &&
-            !journal_has_room(journal, reader->room))
-            return false;
+        held = journal_aside_bytes(journal->path, &header, sizeof header);
+        if (held < reader->room && !journal_has_room(journal, reader->room - held)) return false;
         *again = journal_set_aside(journal->path, why);
         return false;
     case CONTENT_UNREAD:

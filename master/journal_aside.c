@@ -105,12 +105,11 @@ static struct aside find_longest(const char *path, const void *header, size_t by
     return longest;
 }
 
-bool journal_is_aside(const char *path, const void *header, size_t bytes)
+uint64_t journal_aside_bytes(const char *path, const void *header, size_t bytes)
 {
     struct aside aside = find_longest(path, header, bytes);
-    bool found = aside.path != NULL;
     leave(&aside);
-    return found;
+    return (uint64_t)aside.length;
 }
 
 bool journal_take_back(const char *path, const void *header, size_t bytes)

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* Renames the file at path, whose lock the caller holds, to the first of these names that is free, with a
  * warning that says why. false after user_error(). */
@@ -16,7 +17,7 @@ bool journal_set_aside(const char *path, const char *why);
  */
 bool journal_take_back(const char *path, const void *header, size_t bytes);
 
-/* Whether journal_take_back() would find one. */
-bool journal_is_aside(const char *path, const void *header, size_t bytes);
+/* Bytes of the journal that journal_take_back() would find; 0: none. */
+uint64_t journal_aside_bytes(const char *path, const void *header, size_t bytes);
 
 #endif

@@ -666,7 +666,7 @@ static struct journal *open_in_little_room(struct scratch *s, uint64_t room)
     return journal;
 }
 
-/* Another picture's journal gives way only to one that has room, or needs none, as it is there already. */
+/* Another picture's journal gives way only to one that has room for what it does not hold already. */
 static void test_no_room_beside_another(void **state)
 {
     struct scratch *s = *state;
@@ -679,7 +679,10 @@ static void test_no_room_beside_another(void **state)
     append(journal, 0);
     journal_close(journal);
     assert_int_equal(rename(PATH, PATH ".2") + rename(PATH ".1", PATH), 0);
-    journal = open_in_little_room(s, 78);
+    assert_null(open_in_little_room(s, 78 + HEADER + RECORD));
+    assert_int_equal(strncmp(s->said, PATH ": the journal takes up to ", strlen(PATH) + 26), 0);
+    assert_true(access(PATH ".2", F_OK) == 0 && access(PATH ".1", F_OK) != 0);
+    journal = open_in_little_room(s, 77 + HEADER + RECORD);
     assert_true(journal && strstr(s->said, PATH ".2 is this picture's"));
     journal_remove(journal);
     assert_int_equal(unlink(PATH ".1"), 0);

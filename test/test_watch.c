@@ -86,19 +86,30 @@ static void test_single_samples(void **state)
     ended(&watch);
 }
 
-/* No seconds are foretold for more samples than a run may have. */
+/* Ends a run of which only its number of samples matters; its error is 0.12, the round number below half of it 0.05. */
+static struct error_forecast forecast_from(uint32_t samples)
+{
+    struct watch watch = begun(PIXELS, NULL);
+    struct error_forecast forecast;
+    struct result_header more = {.counts = {.sampling = {0.44, 0.01}, .halfway = {1.32, 0.09}}};
+    watch_add(&watch, 0, &more);
+    watch.samples = samples;
+    assert_true(watch_end(&watch, 103, 5, &forecast));
+    ended(&watch);
+    return forecast;
+}
+
+/* No seconds are foretold for more samples than a run may have. Where the round number needs more, half of the error
+ * may not. */
 static void test_most_samples(void **state)
 {
-    for (uint32_t samples = SAMPLES_MAX / 4; samples <= SAMPLES_MAX; samples *= 4) {
-        struct watch watch = begun(PIXELS, NULL);
-        struct error_forecast forecast;
-        watch.samples = samples;
-        assert_true(watch_end(&watch, 103, 5, &forecast));
-        assert_true(forecast.known == (samples < SAMPLES_MAX) && forecast.beyond != forecast.known);
-        double rmse = watch.log.rows[watch.log.count - 1].estimate.rmse;
-        assert_true(forecast.goal == (forecast.known ? forecast_goal(rmse) : rmse / 2));
-        ended(&watch);
-    }
+    struct error_forecast few = forecast_from(16384), more = forecast_from(28000),
+                          most = forecast_from(SAMPLES_MAX);
+    assert_true(few.known && !few.beyond && few.goal == 0.05);
+    assert_true(more.known && !more.beyond && more.samples <= SAMPLES_MAX);
+    assert_true(!most.known && most.beyond);
+    assert_float_equal(more.goal, 0.06, 1e-9);
+    assert_float_equal(most.goal, 0.06, 1e-9);
 }
 
 int main(void)
