@@ -1,14 +1,13 @@
 /*
  * Reads Wavefront OBJ meshes: v, vn, f, usemtl and mtllib. Attributes that have no meaning here are skipped, lines,
- * points and curves with one warning, unknown statements with another. As files can be large, they are parsed in place,
- * and no memory is allocated for single lines.
+ * points, curves and curved surfaces with one warning, unknown statements with another. As files can be
+ * large, they are parsed in place, and no memory is allocated for single lines.
  */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -105,26 +104,13 @@ static bool read_vertex(struct obj *obj)
         builder_add_vertex(obj->builder, placement_point(&obj->mesh->placement, point), &index));
 }
 
-/* Skips the next word if it is what C libraries write for a number that is not finite: nan, -nan(ind), inf, 1.#QNAN. */
-static bool skip_not_finite(struct scan *scan)
-{
-    static const char *const begins[] = {"nan", "inf", "1.#"};
-    if (scan_at_end(scan)) return false;
-    const char *at = scan->at + strspn(scan->at, "+-");
-    bool found = false;
-    for (size_t i = 0; i < sizeof begins / sizeof *begins; i++)
-        found |= strncasecmp(at, begins[i], 3) == 0;
-    if (found) scan->at += strcspn(scan->at, " \t\r\n");
-    return found;
-}
-
 /* Reads three numbers that are not all finite. */
 static bool skip_normal(struct obj *obj)
 {
     bool finite = true;
     double ignored;
     for (int i = 0; i < 3; i++) {
-        bool skipped = skip_not_finite(&obj->scan);
+        bool skipped = scan_not_finite(&obj->scan);
         if (!skipped && !scan_number(&obj->scan, &ignored)) return false;
         finite &= !skipped;
     }
@@ -454,9 +440,10 @@ static bool amended_found(const struct obj *obj)
 
 /* Attributes and what belongs to curves, and what would be drawn; each list ends with NULL. */
 static const char *const harmless[] = {
-    "vt",   "vp",    "o",     "g",          "s",         "mg",     "bevel", "c_interp", "d_interp",
-    "lod",  "ctech", "stech", "shadow_obj", "trace_obj", "cstype", "deg",   "bmat",     "step",
-    "parm", "trim",  "hole",  "scrv",       "sp",        "end",    "con",   NULL};
+    "vt",       "vp",       "o",    "g",     "s",      "mg",         "bevel",
+    "c_interp", "d_interp", "lod",  "ctech", "stech",  "shadow_obj", "trace_obj",
+    "cstype",   "deg",      "bmat", "step",  "parm",   "trim",       "hole",
+    "scrv",     "sp",       "end",  "con",   "usemap", "maplib",     NULL};
 static const char *const drawn[] = {"l", "p", "curv", "curv2", "surf", NULL};
 
 static bool is_among(const char *const *words, const char *word)
@@ -474,7 +461,8 @@ static void warn_of_left_out(struct obj *obj, const char *word)
     *told = true;
     if (is_drawn)
         user_warning(obj->mesh->path, obj->scan.line,
-                     "'%s' is left out: lines, points and curves are not rendered", word);
+                     "'%s' is left out: lines, points, curves and curved surfaces are not rendered",
+                     word);
     else
         user_warning(obj->mesh->path, obj->scan.line,
                      "unknown statement '%s' is left out, as are others after it", word);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/number.h"
 
@@ -63,12 +64,45 @@ static bool ends_word(const struct scan *scan, const char *at)
     }
 }
 
+/* The end of the word at `at` if C libraries write it for a number that is not finite, or else NULL: nan, -inf,
+ * Infinity, -nan(ind), 1.#QNAN0. */
+static const char *not_finite_end(const struct scan *scan, const char *at)
+{
+    static const struct {
+        const char *begin;
+        enum { NOTHING, BRACKET, ANYTHING } end; /* what the word ends in */
+    } spellings[] = {{"nan", NOTHING},     {"inf", NOTHING},     {"infinity", NOTHING},
+                     {"nan(", BRACKET},    {"inf(", BRACKET},    {"1.#ind", ANYTHING},
+                     {"1.#inf", ANYTHING}, {"1.#nan", ANYTHING}, {"1.#qnan", ANYTHING},
+                     {"1.#snan", ANYTHING}};
+    if (*at == '-' || *at == '+') at++;
+    for (size_t i = 0; i < sizeof spellings / sizeof *spellings; i++) {
+        size_t length = strlen(spellings[i].begin);
+        if (strncasecmp(at, spellings[i].begin, length) != 0) continue;
+        const char *rest = at + length, *end = rest;
+        while (!ends_word(scan, end))
+            end++;
+        if (spellings[i].end == NOTHING && end > rest) continue;
+        if (spellings[i].end == BRACKET && end[-1] != ')') continue;
+        return end;
+    }
+    return NULL;
+}
+
+bool scan_not_finite(struct scan *scan)
+{
+    skip_blanks(scan);
+    const char *end = not_finite_end(scan, scan->at);
+    if (end) scan->at = end;
+    return end;
+}
+
 bool scan_number(struct scan *scan, double *value)
 {
     skip_blanks(scan);
     const char *end = number_scan(scan->at, value);
     if (!end || !ends_word(scan, end)) return false;
-    if (*end == '#' && end[-1] == '.') return false; /* 1.#QNAN or 1.#INF, no comment behind a 1. */
+    if (*end == '#' && not_finite_end(scan, scan->at)) return false; /* no comment behind a 1. */
     if (isinf(*value)) {
         scan->too_large = true;
         return false;

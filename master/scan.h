@@ -32,6 +32,9 @@ bool scan_at_end(struct scan *scan);
 bool scan_number(struct scan *scan, double *value);
 bool scan_vector(struct scan *scan, struct vec3 *value);
 bool scan_unsigned(struct scan *scan, uint32_t *value);
+/* Reads what C libraries write for a number that is not finite, which scan_number() refuses: nan, -nan(ind), inf,
+ * 1.#QNAN. */
+bool scan_not_finite(struct scan *scan);
 /* Reads the next word if it is this one. */
 bool scan_take(struct scan *scan, const char *word);
 /* Reads the next word, truncated to size - 1 bytes; false at the end of the line. */

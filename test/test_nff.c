@@ -308,6 +308,8 @@ static void test_mistakes_of_solids(void **state)
 {
     refused(state, "s 1 2 3\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 4 5\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
+    refused(state, "s 1 2 3 0.#INF\n",
+            "scene.nff:1: the radius is out of range, expected a finite number > 0");
     refused(state, "s 1 2 3 1.#INF\n",
             "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 1e999\n",

@@ -139,8 +139,24 @@ static void test_statements_left_out(void **state)
     free(loaded(state, SQUARE "l 1 2\np 1\ncurv 0 1\nf 1 2 3\nfacet 1 2 3\nF 1 2 3\n", ""));
     assert_string_equal(
         s->said,
-        "mesh.obj:5: warning: 'l' is left out: lines, points and curves are not rendered\n"
+        "mesh.obj:5: warning: 'l' is left out: lines, points, curves and curved surfaces are not "
+        "rendered\n"
         "mesh.obj:9: warning: unknown statement 'facet' is left out, as are others after it\n");
+}
+
+/* A comment may follow a number at once, also one that ends in a point. */
+static void test_comments_behind_numbers(void **state)
+{
+    struct scratch *s = *state;
+    write_text("paint.mtl", "newmtl red\nKd 1 0 1.#z\nNs 1.#\n");
+    struct scene *scene = loaded(state,
+                                 "mtllib paint.mtl\nv 0 0 1.#z\nv 1 0 1.# INF\nv 1 1 -1.#i\n"
+                                 "v 1 1 2.#INF\nv 1 1 1.0#INF\nusemtl red\nf 1 2 3\n",
+                                 "");
+    assert_true(material_of(scene, 0)->shininess == 1);
+    assert_true(material_of(scene, 0)->color.z == 1);
+    assert_string_equal(s->said, "");
+    free(scene);
 }
 
 /* Programs write glass whose shares are above 1 together, in files of hundreds of materials. */
@@ -164,7 +180,7 @@ static void test_attributes_say_nothing(void **state)
     free(loaded(state,
                 SQUARE "vt 0 0\nvp 0\no a\ng b c\ns off\nmg 1 0.5\nbevel on\nc_interp off\n"
                        "d_interp off\nlod 3\nshadow_obj a.obj\ntrace_obj a.obj\nctech cparm 1\n"
-                       "stech cparma 1 1\nf 1 2 3\n",
+                       "stech cparma 1 1\nmaplib a.map\nusemap a\nusemap off\nf 1 2 3\n",
                 ""));
     assert_string_equal(s->said, "");
 }
@@ -172,8 +188,9 @@ static void test_attributes_say_nothing(void **state)
 /* Some programs write no numbers as the normals of faces without an area. */
 static void test_normals_that_are_no_numbers(void **state)
 {
-    static const char *const spellings[] = {"nan",       "NaN",      "-nan",     "inf",
-                                            "-Infinity", "+1.#QNAN", "-1.#IND0", "-nan(ind)"};
+    static const char *const spellings[] = {
+        "nan",       "NaN",   "-nan",    "inf",      "-Infinity", "+1.#QNAN",    "-1.#IND0",
+        "-nan(ind)", "inf()", "nan\\\n", "1.#snan1", "1.#NAN",    "1.#INF\\\r\n"};
     struct scratch *s = *state;
     for (size_t i = 0; i < sizeof spellings / sizeof *spellings; i++) {
         char text[256];
@@ -186,8 +203,24 @@ static void test_normals_that_are_no_numbers(void **state)
         assert_int_equal(triangles_of(scene), 2);
         assert_string_equal(
             s->said,
-            "mesh.obj:6: warning: a normal that is not finite counts as none, as do others\n");
+            strchr(spellings[i], '\n')
+                ? "mesh.obj:7: warning: a normal that is not finite counts as none, as do others\n"
+                : "mesh.obj:6: warning: a normal that is not finite counts as none, as do "
+                  "others\n");
         free(scene);
+    }
+    static const char *const others[] = {
+        "nancy",       "information", "nan(", "nan(x", "nan(x)y", "(nan)",  "--nan",
+        "infinity(x)", "infinite",    "1.#",  "1.#x",  "1.#i",    "2.#INF", "1#INF"};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "vn nan 0 %s\n", others[i]);
+        refused(
+            state, text,
+            strchr(others[i], '#')
+                ? "mesh.obj:1: warning: a normal that is not finite counts as none, as do others\n"
+                  "mesh.obj: has no faces, expected a mesh with at least one 'f'"
+                : "mesh.obj:1: 'vn' needs three finite numbers");
     }
     refused(state, "vn 0 0 nan 1\n", "mesh.obj:1: 'vn' needs three finite numbers");
     refused(state, "vn 0 nan\n", "mesh.obj:1: 'vn' needs three finite numbers");
@@ -921,6 +954,7 @@ int main(void)
         cmocka_unit_test(test_names_on_two_lines),
         cmocka_unit_test(test_lines_that_end_by_cr),
         cmocka_unit_test(test_statements_left_out),
+        cmocka_unit_test(test_comments_behind_numbers),
         cmocka_unit_test(test_gain_is_told_once),
         cmocka_unit_test(test_attributes_say_nothing),
         cmocka_unit_test(test_normals_that_are_no_numbers),
