@@ -43,25 +43,27 @@ void try_materials(const struct part *part, struct nearest_name *search)
             nearest_name_try(search, part->materials[i].name);
 }
 
-bool warn_of_gain(const struct material *material, const char *file, long line)
+bool warn_of_gain(const struct material *material, const char *file, long line, const char *others)
 {
     /* A sum slightly above 1 comes from rounded decimals in the file. */
     bool gives = material->reflection + material->transmission > 1.0000001;
     if (gives)
         user_warning(file, line,
                      "reflection and transmission together are %g, more than 1: the surface "
-                     "gives off more light than it gets",
-                     material->reflection + material->transmission);
+                     "gives off more light than it gets%s",
+                     material->reflection + material->transmission, others);
     return gives;
 }
 
-bool warn_of_bright_color(const struct material *material, const char *file, long line)
+bool warn_of_bright_color(const struct material *material, const char *file, long line,
+                          const char *others)
 {
     bool bright = vec_max(material->color) > 1;
     if (bright)
         user_warning(file, line,
                      "a component of the color is more than 1: the surface may give off more "
-                     "light than it gets (full white is 1 1 1)");
+                     "light than it gets (full white is 1 1 1)%s",
+                     others);
     return bright;
 }
 
@@ -73,8 +75,8 @@ static bool read_material(const struct ini *ini, const struct ini_section *secti
     if (!read_section(ini, section, keys->keys, keys->count, material)) return false;
     struct ini_place color = ini_place_of(ini, section, "color");
     struct ini_place transmission = ini_place_of(ini, section, "transmission");
-    warn_of_gain(material, transmission.file, transmission.line);
-    warn_of_bright_color(material, color.file, color.line);
+    warn_of_gain(material, transmission.file, transmission.line, "");
+    warn_of_bright_color(material, color.file, color.line, "");
     return true;
 }
 

@@ -235,16 +235,16 @@ static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
 static void finish(struct mtl *mtl, size_t first)
 {
     struct material_library *library = mtl->library;
-    const char *path = mtl->scan.path;
+    const char *path = mtl->scan.path, *others = ", as may others after it";
     for (size_t i = first; i < library->count; i++) {
         struct mtl_material *m = &library->items[i];
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
         m->material.ambient *= 1 - m->material.transmission;
         m->material.diffuse *= 1 - m->material.transmission;
-        if (!mtl->told_gain) mtl->told_gain = warn_of_gain(&m->material, path, m->line);
+        if (!mtl->told_gain) mtl->told_gain = warn_of_gain(&m->material, path, m->line, others);
         if (!mtl->told_bright)
-            mtl->told_bright = warn_of_bright_color(&m->material, path, m->color_line);
+            mtl->told_bright = warn_of_bright_color(&m->material, path, m->color_line, others);
         warn_of_no_ior(mtl, m);
     }
 }

@@ -185,8 +185,8 @@ static bool read_material(struct nff *nff)
     if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
     nff->has_material = true;
     if (nff->told_gain) return true;
-    nff->told_gain = warn_of_gain(&m, nff->scan.path, scan->line);
-    nff->told_gain |= warn_of_bright_color(&m, nff->scan.path, scan->line);
+    nff->told_gain = warn_of_gain(&m, nff->scan.path, scan->line, "");
+    nff->told_gain |= warn_of_bright_color(&m, nff->scan.path, scan->line, "");
     return true;
 }
 

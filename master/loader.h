@@ -134,9 +134,10 @@ bool find_material(const struct part *part, const char *name, uint32_t *index);
 void try_materials(const struct part *part, struct nearest_name *search);
 
 /* Warn of a material whose reflection and transmission exceed 1 together, or whose color exceeds 1. Return whether it
- * is such a one. */
-bool warn_of_gain(const struct material *material, const char *file, long line);
-bool warn_of_bright_color(const struct material *material, const char *file, long line);
+ * is such a one. others: the end of the message, "" or what it says of other materials. */
+bool warn_of_gain(const struct material *material, const char *file, long line, const char *others);
+bool warn_of_bright_color(const struct material *material, const char *file, long line,
+                          const char *others);
 
 /* Applies what arguments have set of a material of an MTL file: the section that holds these keys gets the other keys
  * from the material, which is then read from the section. false after reporting an error. */

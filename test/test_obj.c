@@ -168,9 +168,11 @@ static void test_gain_is_told_once(void **state)
     free(loaded(state, "mtllib gain.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n", ""));
     assert_string_equal(s->said,
                         "gain.mtl:1: warning: reflection and transmission together are 1.25, more "
-                        "than 1: the surface gives off more light than it gets\n"
+                        "than 1: the surface gives off more light than it gets, as may others "
+                        "after it\n"
                         "gain.mtl:5: warning: a component of the color is more than 1: the surface "
-                        "may give off more light than it gets (full white is 1 1 1)\n");
+                        "may give off more light than it gets (full white is 1 1 1), as may others "
+                        "after it\n");
 }
 
 /* What other programs store beside a mesh. */
@@ -361,9 +363,11 @@ static void test_warnings_of_gain(void **state)
                 ""));
     assert_string_equal(s->said,
                         "gain.mtl:1: warning: reflection and transmission together are 1.9, more "
-                        "than 1: the surface gives off more light than it gets\n"
+                        "than 1: the surface gives off more light than it gets, as may others "
+                        "after it\n"
                         "gain.mtl:6: warning: a component of the color is more than 1: the "
-                        "surface may give off more light than it gets (full white is 1 1 1)\n");
+                        "surface may give off more light than it gets (full white is 1 1 1), as "
+                        "may others after it\n");
 }
 
 static void test_one_warning_of_textures(void **state)
