@@ -80,7 +80,8 @@ enter node1 sh "$T/command" >"$T/log" 2>&1
 status=$?
 echo "exit status $status"
 for i in $(seq $n); do
-    took=$(grep -c "\"host\": \"node$i\"" "$T/many.json") plural=s
+    took=$(grep -cs "\"host\": \"node$i\"" "$T/many.json") plural=s
+    took=${took:-0} # the run wrote no report
     [ "$took" -ne 1 ] || plural=
     echo "node$i: $took rank$plural, $(($(received "$i") - $(cat "$T/before$i"))) bytes received"
 done
