@@ -109,24 +109,22 @@ void picture_mixture(struct builder *builder, struct random *random, int count)
 {
     uint32_t m = stage_material(builder);
     for (int i = 0; i < count; i++) {
-        struct vec3 p = random_point(random, 10);
-        stage_sphere(builder, random_point(random, 10), random_between(random, 0.2, 2));
-        stage_triangle(builder, p, vec_add(p, random_point(random, 4)),
-                       vec_add(p, random_point(random, 4)));
+        struct vec3 center = random_point(random, 10);
+        stage_sphere(builder, center, random_between(random, 0.2, 2));
+        struct vec3 a = random_point(random, 10), b = random_point(random, 4);
+        struct vec3 c = random_point(random, 4);
+        stage_triangle(builder, a, vec_add(a, b), vec_add(a, c));
         struct vec3 low = random_point(random, 10), size = random_point(random, 1);
         struct box box = {.min = low, .material = m};
         box.max = vec_add(low, vec3(fabs(size.x), fabs(size.y), fabs(size.z)));
         expect_added(builder_add_box(builder, &box));
-        struct disc disc = {.center = random_point(random, 10),
-                            .normal = random_unit(random),
-                            .radius = random_between(random, 0.2, 2),
-                            .material = m};
+        struct disc disc = {.center = random_point(random, 10), .material = m};
+        disc.normal = random_unit(random);
+        disc.radius = random_between(random, 0.2, 2);
         expect_added(builder_add_disc(builder, &disc));
-        struct cone cone = {.base = random_point(random, 10),
-                            .base_radius = random_between(random, 0.2, 1),
-                            .apex_radius = random_between(random, 0, 1),
-                            .material = m,
-                            .capped = 1};
+        struct cone cone = {.base = random_point(random, 10), .material = m, .capped = 1};
+        cone.base_radius = random_between(random, 0.2, 1);
+        cone.apex_radius = random_between(random, 0, 1);
         cone.apex = vec_add(cone.base, random_point(random, 3));
         expect_added(builder_add_cone(builder, &cone));
     }

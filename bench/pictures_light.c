@@ -315,7 +315,7 @@ static void snell_case(struct random *random, double *from, double *to, double *
     *from = random_between(random, 1, 2);
     switch (random_below(random, 4)) {
     case 0:
-        *to = *from * (1 + random_sign(random) * 1e-7 * random_between(random, 0, 1));
+        *to = *from * (1 + random_signed(random, 1e-7 * random_between(random, 0, 1)));
         break;
     case 1:
         *to = *from * 1e3;
@@ -332,7 +332,7 @@ static void snell_case(struct random *random, double *from, double *to, double *
         /* the critical angle +- 1e-12, down to the last bit */
         double ratio = *to / *from;
         *cosine = sqrt((1 - ratio) * (1 + ratio)) *
-                  (1 + random_sign(random) * random_log(random, 1e-17, 1e-12));
+                  (1 + random_signed(random, random_log(random, 1e-17, 1e-12)));
     }
 }
 

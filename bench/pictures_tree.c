@@ -337,7 +337,9 @@ static double odd_component(struct random *random)
 
 static struct ray odd_ray(struct random *random)
 {
-    struct vec3 d = {odd_component(random), odd_component(random), odd_component(random)};
+    struct vec3 d;
+    for (unsigned axis = 0; axis < 3; axis++)
+        set_component(&d, axis, odd_component(random));
     struct vec3 o = integer_point(random, 4);
     if (vec_is_zero(d)) d.z = 0x1p-1074;
     if (random_bits(random) & 1) d.x = random_sign(random);
@@ -351,8 +353,9 @@ static void run_tree_axes(const struct budget *budget, struct case_result *resul
     struct builder *builder = builder_create();
     uint32_t m = stage_material(builder);
     for (int i = 0; i < 40; i++) {
-        struct vec3 p = {(double)random_below(&random, 8) - 4, (double)random_below(&random, 8) - 4,
-                         (double)random_below(&random, 8) - 4};
+        struct vec3 p;
+        for (unsigned axis = 0; axis < 3; axis++)
+            set_component(&p, axis, (double)random_below(&random, 8) - 4);
         struct box box = {.min = p, .max = vec_add(p, vec3(1, 1, 1)), .material = m};
         struct disc disc = {.center = p, .normal = {0, 0, 1}, .radius = 1, .material = m};
         if (i % 4 == 0) expect_added(builder_add_box(builder, &box));
@@ -367,8 +370,8 @@ static void run_tree_axes(const struct budget *budget, struct case_result *resul
 static struct ray far_ray(struct random *random)
 {
     double reach = random_log(random, 1e-9, 1e12);
-    struct vec3 origin = vec_scale(random_unit(random), reach);
-    struct vec3 target = vec_scale(random_unit(random), random_log(random, 1e-9, 1e9));
+    struct vec3 origin = random_away(random, reach);
+    struct vec3 target = random_away(random, random_log(random, 1e-9, 1e9));
     return stage_ray(origin, vec_sub(target, origin));
 }
 
@@ -434,7 +437,8 @@ static struct ray bad_ray(struct random *random)
     struct ray ray = any_ray(random);
     double *place[] = {&ray.origin.x,    &ray.origin.y,    &ray.origin.z,
                        &ray.direction.x, &ray.direction.y, &ray.direction.z};
-    *place[random_below(random, 6)] = bad[random_below(random, 3)];
+    uint64_t which = random_below(random, 6);
+    *place[which] = bad[random_below(random, 3)];
     return ray;
 }
 

@@ -88,6 +88,9 @@ extern const struct stability_case touching_cases[];  /* 60, 61 */
 
 /* ---- random numbers: the same on every run and machine, whatever the number of threads ---- */
 
+/* One expression must not draw twice side by side: the compiler would choose which is first. A number that is drawn in
+ * an argument of one of these functions is drawn before those of the function. */
+
 struct random {
     uint64_t state;
 };
@@ -130,8 +133,17 @@ static inline double random_sign(struct random *random)
     return random_bits(random) >> 63 ? -1 : 1;
 }
 
+/* value or -value. */
+static inline double random_signed(struct random *random, double value)
+{
+    return random_sign(random) * value;
+}
+
 /* Uniform on the unit sphere, up to rounding. */
 struct vec3 random_unit(struct random *random);
+
+/* A vector of this length, up to rounding, in a random direction. */
+struct vec3 random_away(struct random *random, double length);
 
 /* Unit vectors that make a right-handed frame with axis (unit), turned at random. */
 void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v);

@@ -229,9 +229,10 @@ static void cone_block(struct block *block, const void *context)
 
 static struct cone cylinder(struct random *random, double radius, double length)
 {
-    struct vec3 base = vec_scale(random_unit(random), random_between(random, 0, 10));
+    struct vec3 base = random_away(random, random_between(random, 0, 10));
+    struct vec3 apex = vec_add(base, random_away(random, length));
     return (struct cone){.base = base,
-                         .apex = vec_add_scaled(base, random_unit(random), length),
+                         .apex = apex,
                          .base_radius = radius,
                          .apex_radius = radius,
                          .capped = (uint32_t)random_below(random, 2)};
@@ -278,8 +279,8 @@ static struct cone thin_cylinder(struct random *random)
 static struct ray aim_at_wire(struct random *random, const struct cone *cone)
 {
     struct vec3 along, out, target = point_of_side(random, cone, &along, &out);
-    target = vec_add_scaled(target, random_unit(random),
-                            cone->base_radius * random_between(random, 0, 1.5));
+    double aside = cone->base_radius * random_between(random, 0, 1.5);
+    target = vec_add(target, random_away(random, aside));
     struct vec3 direction = random_unit(random);
     if (random_bits(random) >> 63)
         direction = vec_normalize(vec_add_scaled(along, direction, random_log(random, 1e-12, 1)));
@@ -297,9 +298,10 @@ static struct cone integer_cone(struct random *random)
     struct vec3 base = integer_point(random, 100);
     struct vec3 axis = axes[random_below(random, sizeof axes / sizeof *axes)];
     struct vec3 apex = vec_add_scaled(base, axis, 1 + (double)random_below(random, 12));
+    double radius = 1 + (double)random_below(random, 12);
     return (struct cone){.base = base,
                          .apex = apex,
-                         .base_radius = 1 + (double)random_below(random, 12),
+                         .base_radius = radius,
                          .apex_radius = 0,
                          .capped = (uint32_t)random_below(random, 2)};
 }

@@ -6,7 +6,7 @@
 
 static struct vec3 any_center(struct random *random, double size)
 {
-    return vec_scale(random_unit(random), size * random_log(random, 0.01, 100));
+    return random_away(random, size * random_log(random, 0.01, 100));
 }
 
 /* ---- row 26: a convex shape is not hit again ---- */
@@ -45,7 +45,7 @@ static void add_convex(struct builder *builder, struct random *random, double si
         break;
     default:
         stage_triangle(builder, center, vec_add_scaled(center, axis, r),
-                       vec_add(center, vec_scale(random_unit(random), r)));
+                       vec_add(center, random_away(random, r)));
     }
 }
 
@@ -131,7 +131,7 @@ static struct stage shells(struct random *random)
 {
     struct builder *builder = builder_create();
     double gap = gaps[random_below(random, 3)], r = random_between(random, 0.5, 2);
-    struct vec3 c = vec_scale(random_unit(random), random_between(random, 0, 3));
+    struct vec3 c = random_away(random, random_between(random, 0, 3));
     struct vec3 n = random_unit(random), corner = {r, 1, 2}, inner = {r - gap, 1 - gap, 2 - gap};
     uint32_t material = stage_material(builder);
     switch (random_below(random, 3)) {
@@ -271,14 +271,10 @@ static struct stage pane(struct random *random, unsigned *axis, double *thicknes
 static struct ray ray_to_pane(struct random *random, const struct scene *scene, unsigned axis)
 {
     const struct box *box = scene_boxes(scene);
-    double across[3] = {random_between(random, -500, 500), random_between(random, -500, 500),
-                        random_between(random, -500, 500)};
-    double d[3] = {random_between(random, -1, 1), random_between(random, -1, 1),
-                   random_between(random, -1, 1)};
-    across[axis] = vec_component(&box->min, axis);
-    d[axis] = random_between(random, 0.1, 1) * random_sign(random);
-    struct vec3 direction = vec_normalize(vec3(d[0], d[1], d[2]));
-    struct vec3 target = vec3(across[0], across[1], across[2]);
+    struct vec3 target = random_point(random, 500), direction = random_point(random, 1);
+    set_component(&target, axis, vec_component(&box->min, axis));
+    set_component(&direction, axis, random_signed(random, random_between(random, 0.1, 1)));
+    direction = vec_normalize(direction);
     return stage_ray(vec_add_scaled(target, direction, -random_between(random, 1, 100)), direction);
 }
 
@@ -361,7 +357,8 @@ static struct stage ball_on_floor(struct random *random)
     struct builder *builder = builder_create();
     double r = random_log(random, 0.01, 100);
     uint32_t material = stage_material(builder);
-    stage_sphere(builder, vec3(random_between(random, -5, 5), r, random_between(random, -5, 5)), r);
+    double x = random_between(random, -5, 5);
+    stage_sphere(builder, vec3(x, r, random_between(random, -5, 5)), r);
     if (random_bits(random) >> 63) {
         expect_added(
             builder_add_plane(builder, &(struct plane){{0, 0, 0}, {0, 1, 0}, material, 0}));

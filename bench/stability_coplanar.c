@@ -113,7 +113,7 @@ static struct stage copies_stage(struct random *random)
     struct builder *builder = builder_create();
     uint32_t material = stage_material(builder), corner[3];
     for (int i = 0; i < 3; i++) {
-        struct vec3 p = vec_scale(random_unit(random), random_between(random, 1, 10));
+        struct vec3 p = random_away(random, random_between(random, 1, 10));
         expect_added(builder_add_vertex(builder, p, &corner[i]));
     }
     for (int i = 0; i < COPIES; i++) {

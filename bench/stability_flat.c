@@ -48,7 +48,7 @@ static struct ray aim_along(struct random *random, const struct plane *plane)
 {
     struct vec3 u, v, n = plane->normal;
     random_frame(random, n, &u, &v);
-    double slope = random_sign(random) * random_log(random, 1e-15, 1);
+    double slope = random_signed(random, random_log(random, 1e-15, 1));
     struct ray ray = stage_ray(random_point(random, 10), vec_add_scaled(u, n, slope));
     if (n.z == 0 && random_below(random, 8) == 0) ray.direction = vec3(n.y, -n.x, 0);
     ray.direction = vec_normalize(ray.direction);
@@ -78,14 +78,15 @@ static void plane_block(struct block *block, const void *context)
 /* A random disc; or one orthogonal to an axis, with an integer centre and integer points on its rim. */
 static struct disc any_disc(struct random *random, bool integers)
 {
-    struct disc disc = {.center = random_point(random, 10),
-                        .normal = random_unit(random),
-                        .radius = random_log(random, 0.1, 10)};
+    struct disc disc = {.center = random_point(random, 10)};
+    disc.normal = random_unit(random);
+    disc.radius = random_log(random, 0.1, 10);
     if (!integers) return disc;
     disc.center = integer_point(random, 1000);
     disc.radius = 5 * (1 + (double)random_below(random, 1000));
     disc.normal = vec3(0, 0, 0);
-    set_component(&disc.normal, (unsigned)random_below(random, 3), random_sign(random));
+    unsigned axis = (unsigned)random_below(random, 3);
+    set_component(&disc.normal, axis, random_sign(random));
     return disc;
 }
 
@@ -108,7 +109,7 @@ static struct ray aim_at_rim(struct random *random, const struct disc *disc)
     struct vec3 u, v;
     random_frame(random, disc->normal, &u, &v);
     struct vec3 rim = vec_add_scaled(disc->center, u, disc->radius);
-    struct vec3 origin = vec_add_scaled(rim, random_unit(random), random_log(random, 0.1, 1e4));
+    struct vec3 origin = vec_add(rim, random_away(random, random_log(random, 0.1, 1e4)));
     struct vec3 direction = vec_sub(rim, origin);
     for (unsigned axis = 0; axis < 3; axis++)
         set_component(&direction, axis, ulp_step(random, vec_component(&direction, axis)));

@@ -70,7 +70,7 @@ static double kernel_radius(const struct mesh *mesh, struct vec3 p)
 
 static struct vec3 in_ball(struct random *random, double radius)
 {
-    struct vec3 p = vec_scale(random_unit(random), radius * random_between(random, 0, 1));
+    struct vec3 p = random_away(random, radius * random_between(random, 0, 1));
     return vec3(quantise(p.x), quantise(p.y), quantise(p.z));
 }
 
@@ -277,7 +277,8 @@ static struct star_ray lattice_ray(const struct star *star, uint64_t sample, str
     double d[3];
     for (int axis = 0; axis < 3; axis++)
         d[axis] = copysign(0, random_sign(random));
-    d[random_below(random, 3)] = random_sign(random) * exp2((double)random_below(random, 9) - 4);
+    uint64_t along = random_below(random, 3);
+    d[along] = random_signed(random, exp2((double)random_below(random, 9) - 4));
     return (struct star_ray){stage_ray(from, vec3(d[0], d[1], d[2])), .in_kernel = true};
 }
 

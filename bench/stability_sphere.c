@@ -78,7 +78,7 @@ void sphere_block(struct block *block, const void *context)
 struct sphere any_sphere(struct random *random)
 {
     double r = random_log(random, 0.1, 10);
-    return (struct sphere){.center = vec_scale(random_unit(random), random_between(random, 0, 20)),
+    return (struct sphere){.center = random_away(random, random_between(random, 0, 20)),
                            .radius = r};
 }
 
@@ -100,7 +100,7 @@ static struct ray ray_past(struct random *random, const struct sphere *sphere, d
 static double any_offset(struct random *random)
 {
     if (random_bits(random) >> 63) return random_between(random, 0, 1.2);
-    return 1 + random_sign(random) * exp2(-random_between(random, 2, 52));
+    return 1 + random_signed(random, exp2(-random_between(random, 2, 52)));
 }
 
 static struct ray aim_near(struct random *random, const struct sphere *sphere)
@@ -118,8 +118,8 @@ static struct ray aim_far(struct random *random, const struct sphere *sphere)
 static struct sphere extreme_sphere(struct random *random)
 {
     double r = random_bits(random) >> 63 ? 1e150 : 1e-150;
-    return (struct sphere){
-        .center = vec_scale(random_unit(random), r * random_between(random, 0, 2)), .radius = r};
+    return (struct sphere){.center = random_away(random, r * random_between(random, 0, 2)),
+                           .radius = r};
 }
 
 static struct ray aim_scaled(struct random *random, const struct sphere *sphere)

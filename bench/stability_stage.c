@@ -17,6 +17,11 @@ struct vec3 random_unit(struct random *random)
     return vec3(r * cos(angle), r * sin(angle), z);
 }
 
+struct vec3 random_away(struct random *random, double length)
+{
+    return vec_scale(random_unit(random), length);
+}
+
 void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v)
 {
     do

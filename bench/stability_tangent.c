@@ -90,7 +90,7 @@ static struct ray leave_sphere(struct random *random, const struct sphere *spher
     struct vec3 direction = random_unit(random);
     if (random_bits(random) >> 63) { /* close to the tangent plane */
         random_frame(random, n, &u, &v);
-        double tilt = random_sign(random) * exp2(-random_between(random, 1, 60));
+        double tilt = random_signed(random, exp2(-random_between(random, 1, 60)));
         direction = vec_normalize(vec_add_scaled(u, n, tilt));
     }
     struct ray ray = stage_ray(vec_add_scaled(sphere->center, n, sphere->radius), direction);

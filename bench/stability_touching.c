@@ -18,8 +18,8 @@ static struct filled fill(struct random *random)
     struct builder *builder = builder_create();
     uint32_t material = stage_material(builder);
     double r = random_log(random, 1e-8, 1e8);
-    struct filled filled = {
-        .center = vec_scale(random_unit(random), r * random_log(random, 0.01, 100)), .radius = r};
+    struct filled filled = {.center = random_away(random, r * random_log(random, 0.01, 100)),
+                            .radius = r};
     unsigned kind = (unsigned)random_below(random, 3), axis = (unsigned)random_below(random, 3);
     if (kind > 0) set_component(&filled.axis, axis, 1);
     for (unsigned i = 0; i < 2; i++) {
@@ -45,8 +45,7 @@ static struct ray ray_to_middle(struct random *random, const struct filled *fill
     struct vec3 from = random_unit(random);
     from = vec_normalize(vec_add_scaled(from, filled->axis, -vec_dot(from, filled->axis)));
     from = vec_add_scaled(from, filled->axis, random_between(random, -0.3, 0.3));
-    struct vec3 target =
-        vec_scale(random_unit(random), filled->radius * random_between(random, 0, 0.7));
+    struct vec3 target = random_away(random, filled->radius * random_between(random, 0, 0.7));
     from = vec_scale(from, filled->radius * random_between(random, 2, 20));
     struct vec3 way = vec_sub(target, from);
     return stage_ray(vec_add(filled->center, from), vec_normalize(way));

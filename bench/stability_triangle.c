@@ -91,7 +91,7 @@ static struct ray graze(struct random *random, const struct vec3 corner[3])
     struct vec3 n = vec_normalize(vec_cross(e1, e2)), across, along;
     struct vec3 target = vec_add_scaled(vec_add_scaled(corner[0], e1, u), e2, v);
     random_frame(random, n, &along, &across);
-    double slope = random_sign(random) * random_log(random, 1e-15, 0.1);
+    double slope = random_signed(random, random_log(random, 1e-15, 0.1));
     struct vec3 direction = vec_add_scaled(along, n, slope);
     double distance = random_log(random, 0.01, 1000);
     return stage_ray(vec_add_scaled(target, direction, -distance), vec_normalize(direction));
