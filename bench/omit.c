@@ -39,21 +39,24 @@ static const struct omission {
     const char *name;
     struct contents contents;
 } omissions[] = {
-    {"nothing", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"triangles", {400, 0, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"spheres", {0, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"reflection", {400, 60, 0, 1, 0, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"refraction", {400, 60, 0, 1, 0.3, 0, 0.4, 0.7, 3, 0, true}},
-    {"reflection and refraction", {400, 60, 0, 1, 0, 0, 0.4, 0.7, 3, 0, true}},
-    {"shadows", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, false}},
-    {"all lights but one", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 1, 0, true}},
-    {"the colour of two lights", {400, 60, 0, 1, 0.3, 0.5, 0.4, 0.7, 1, 2, true}},
-    {"specular", {400, 60, 0, 1, 0.3, 0.5, 0, 0.7, 3, 0, true}},
-    {"diffuse and specular", {400, 60, 0, 1, 0.3, 0.5, 0, 0, 3, 0, true}},
-    {"all but faces and a light", {0, 60, 0, 1, 0, 0, 0, 0.9, 1, 0, false}},
-    {"most objects", {3, 1, 0, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"the owners of 40401 corners", {400, 60, 200, 1, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
-    {"what a second side of faces shows", {400, 60, 0, 2, 0.3, 0.5, 0.4, 0.7, 3, 0, true}},
+    /* clang-format off */
+    /*                                 spheres grid idle sides reflect transm. specular diffuse lights black shadows */
+    {"nothing",                           {400,  60,   0,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"triangles",                         {400,   0,   0,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"spheres",                           {  0,  60,   0,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"reflection",                        {400,  60,   0,    1,      0,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"refraction",                        {400,  60,   0,    1,    0.3,      0,     0.4,    0.7,     3,    0,   true}},
+    {"reflection and refraction",         {400,  60,   0,    1,      0,      0,     0.4,    0.7,     3,    0,   true}},
+    {"shadows",                           {400,  60,   0,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,  false}},
+    {"all lights but one",                {400,  60,   0,    1,    0.3,    0.5,     0.4,    0.7,     1,    0,   true}},
+    {"the colour of two lights",          {400,  60,   0,    1,    0.3,    0.5,     0.4,    0.7,     1,    2,   true}},
+    {"specular",                          {400,  60,   0,    1,    0.3,    0.5,       0,    0.7,     3,    0,   true}},
+    {"diffuse and specular",              {400,  60,   0,    1,    0.3,    0.5,       0,      0,     3,    0,   true}},
+    {"all but faces and a light",         {  0,  60,   0,    1,      0,      0,       0,    0.9,     1,    0,  false}},
+    {"most objects",                      {  3,   1,   0,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"the owners of 40401 corners",       {400,  60, 200,    1,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    {"what a second side of faces shows", {400,  60,   0,    2,    0.3,    0.5,     0.4,    0.7,     3,    0,   true}},
+    /* clang-format on */
 };
 
 #define OMISSIONS (sizeof omissions / sizeof *omissions)
