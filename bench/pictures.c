@@ -43,6 +43,15 @@ void picture_files_free(char **files)
     free(files);
 }
 
+void picture_files_check(bool quick)
+{
+    const char *const none[] = {NULL};
+    char **files = picture_files(quick);
+    for (char **file = files; *file; file++)
+        free(picture_load(*file, none));
+    picture_files_free(files);
+}
+
 static struct scene *moved(const struct scene *scene, double factor, struct vec3 by)
 {
     struct scene *copy = allocate(scene->bytes, 1);

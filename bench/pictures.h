@@ -16,6 +16,9 @@ struct scene *picture_load(const char *path, const char *const *overrides);
 char **picture_files(bool quick);
 void picture_files_free(char **files);
 
+/* Ends the program when one of these files cannot be loaded: at once, and not when its row comes. */
+void picture_files_check(bool quick);
+
 /* A copy of the scene with all lengths multiplied; freed by free(). */
 struct scene *picture_scaled(const struct scene *scene, double factor);
 

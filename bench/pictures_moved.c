@@ -315,9 +315,10 @@ static void run_translation(const struct budget *budget, struct case_result *res
 }
 
 const struct stability_case moved_cases[] = {
-    {30, "whole scene x 2^k, |k| <= 60", "self", "pictures identical", .run = run_scaling},
+    {30, "whole scene x 2^k, |k| <= 60", "self", "pictures identical", .run = run_scaling,
+     .files = true},
     {31, "scene x 10^+-9", "self", "same ids, <= 1e-12 outside the mask",
-     .run = run_decimal_scaling},
+     .run = run_decimal_scaling, .files = true},
     {32, "scene moved by 2^20 .. 2^40", "MPFR", "ids as on the rounded input",
      .run = run_translation},
     {.number = 0},

@@ -64,6 +64,7 @@ struct stability_case {
     const void *context;
     const char *unit;
     double limit;
+    bool files; /* run() loads those of picture_files() */
 };
 
 /* One table per file, ended by an entry with number 0. */

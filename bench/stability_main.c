@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "bench/outside.h"
+#include "bench/pictures.h"
 #include "bench/stability.h"
 #include "common/clock.h"
 
@@ -154,6 +155,16 @@ static void run_case(const struct stability_case *c, const struct budget *budget
     conclude(result, &tally, c->unit, c->limit);
 }
 
+/* Whether a row that is to be run loads scene files. */
+static bool loads_files(const bool chosen[LAST_ROW + 1])
+{
+    for (int row = 1; row <= LAST_ROW; row++) {
+        const struct stability_case *c = find_case(row);
+        if (chosen[row] && c && c->files) return true;
+    }
+    return false;
+}
+
 static FILE *open_table(const char *path, const char *head)
 {
     if (!path) return NULL;
@@ -220,6 +231,7 @@ int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
     stage_set_way(options.way);
+    if (loads_files(options.chosen)) picture_files_check(options.budget.quick);
     FILE *csv = open_table(
         options.csv, "row,case,oracle,pass_mark,samples,paper,ours,worst,limit,paper_worst,unit,"
                      "wrong,paper_wrong,paper_samples,exact_fallbacks,verdict,seconds,note\n");
