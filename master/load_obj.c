@@ -1,7 +1,7 @@
 /*
  * Reads Wavefront OBJ meshes: v, vn, f, usemtl and mtllib. Attributes that have no meaning here are skipped, lines,
- * points, curves and curved surfaces with one warning, unknown statements with another. As files can be
- * large, they are parsed in place, and no memory is allocated for single lines.
+ * points, curves and curved surfaces with one warning, unknown statements with another. As files can be large, they are
+ * parsed in place, and no memory is allocated for single lines.
  */
 #include <errno.h>
 #include <fcntl.h>
