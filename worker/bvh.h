@@ -129,6 +129,16 @@ static inline struct node_planes node_planes_of(unsigned axis, bool down)
 /* The leaf entry of any primitive, planes included. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 
+/* The number of triangles among the primitives of a leaf; they come first. */
+static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t count)
+{
+    if (is_triangle(leaves[count - 1].id)) return count;
+    uint32_t triangles = 0;
+    while (is_triangle(leaves[triangles].id))
+        triangles++;
+    return triangles;
+}
+
 /* The vertices of a leaf with `count` entries, if the first of these is a triangle. */
 static inline const struct bvh_corners *bvh_corners(const struct bvh_leaf *leaves, uint32_t count)
 {

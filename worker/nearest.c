@@ -2,6 +2,7 @@
 
 #include <stdbool.h>
 
+#include "worker/naive_search.h"
 #include "worker/nearest_walk.h"
 #include "worker/packet.h"
 #include "worker/several.h"
@@ -9,58 +10,43 @@
 
 /* Tests the triangles of a leaf with `count` entries. */
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                                      uint32_t count, uint32_t triangles, bool naive)
+                                      uint32_t count, uint32_t triangles)
 {
     for (uint32_t i = 0; i < triangles; i += LANES) {
-        lane_set set =
-            probe_triangles(&walk->probe, leaves, count, triangles, i, NULL, naive).maybe;
+        lane_set set = probe_triangles(&walk->probe, leaves, count, triangles, i, NULL).maybe;
         for (; set; set = without_lowest(set)) {
             const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
-            if (!naive && is_behind_hit(walk, leaf->id)) continue;
-            struct crossings found = probe_triangle(&walk->probe, leaf, naive);
-            nearest_crossing(walk, &found, 0, leaf->id, naive);
+            if (is_behind_hit(walk, leaf->id)) continue;
+            struct crossings found = probe_triangle(&walk->probe, leaf);
+            nearest_crossing(walk, &found, 0, leaf->id);
         }
     }
 }
 
-static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                               uint32_t count, double *limit, bool naive)
+static INLINED bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                    double *limit)
 {
+    struct nearest_walk *walk = context;
     uint32_t triangles = triangles_of(leaves, count);
-    nearest_triangles(walk, leaves, count, triangles, naive);
-    nearest_solids(walk, leaves + triangles, count - triangles, naive);
+    nearest_triangles(walk, leaves, count, triangles);
+    nearest_solids(walk, leaves + triangles, count - triangles);
     *limit = walk->probe.purpose.farthest;
     return true;
 }
 
-static INLINED bool nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                                 double *limit)
-{
-    return nearest_in(context, leaves, count, limit, false);
-}
-
-/* Not inlined: the paper's formulas are only for comparison. */
-static bool naive_nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                               double *limit)
-{
-    return nearest_in(context, leaves, count, limit, true);
-}
-
-static INLINED struct hit nearest_hit(const struct nearest_batch *batch, const struct ray *ray,
-                                      bool naive)
+static INLINED struct hit nearest_hit(const struct nearest_batch *batch, const struct ray *ray)
 {
     const struct bvh *bvh = batch->bvh;
     struct nearest_walk walk;
     nearest_begin(&walk, batch->scene, ray, batch->planes, batch->exact);
     if (!ray_is_finite(ray)) return walk.hit;
-    nearest_planes(&walk, naive);
-    visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
+    nearest_planes(&walk);
     for (lane_set trees = trees_of_ray(bvh, ray, walk.probe.purpose.farthest); trees;) {
         const struct bvh *tree = take_tree(bvh, &trees);
         probe_leaves(&walk.probe, tree);
-        traverse(tree, ray, walk.probe.purpose.farthest, true, visit, &walk);
+        traverse(tree, ray, walk.probe.purpose.farthest, true, nearest_in_leaf, &walk);
     }
-    if (!naive && !nearest_is_decided(&walk)) nearest_waiting(&walk);
+    if (!nearest_is_decided(&walk)) nearest_waiting(&walk);
     return walk.hit;
 }
 
@@ -70,7 +56,7 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
     if (!is_rough_hit(hit)) return *hit;
     struct nearest_walk walk;
     nearest_begin(&walk, scene, ray, NULL, exact_fallbacks);
-    nearest_primitive(&walk, hit->primitive, false);
+    nearest_primitive(&walk, hit->primitive);
     return walk.hit;
 }
 
@@ -88,7 +74,7 @@ static void nearest_singly(const struct nearest_batch *batch, const struct ray *
                            size_t end, struct hit *hits)
 {
     for (size_t i = begin; i < end; i++)
-        hits[i] = nearest_hit(batch, &rays[i], false);
+        hits[i] = nearest_hit(batch, &rays[i]);
 }
 
 static void nearest_in_bundles(const struct nearest_batch *batch, const struct ray *rays,
@@ -111,14 +97,14 @@ static void nearest_in_bundles(const struct nearest_batch *batch, const struct r
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
-    bool naive = scene->view.formulas == FORMULAS_PAPER;
+    if (scene->view.formulas == FORMULAS_PAPER) {
+        naive_nearest(scene, bvh, rays, count, hits);
+        return;
+    }
     struct known_planes planes;
     planes.any = false;
-    const struct nearest_batch batch = {scene, bvh, naive ? NULL : &planes, exact_fallbacks};
-    if (naive)
-        for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(&batch, &rays[i], true);
-    else if (LANES_IN_SIMD)
+    const struct nearest_batch batch = {scene, bvh, &planes, exact_fallbacks};
+    if (LANES_IN_SIMD)
         nearest_in_bundles(&batch, rays, count, hits);
     else
         nearest_singly(&batch, rays, 0, count, hits);

@@ -68,17 +68,16 @@ static INLINED double crossing_error(const struct nearest_walk *walk, uint32_t i
 }
 
 static INLINED void nearest_crossing(struct nearest_walk *walk, const struct crossings *found,
-                                     unsigned i, uint32_t id, bool naive)
+                                     unsigned i, uint32_t id)
 {
     struct crossing crossing = {id, found->part[i], found->t[i]};
-    double t = crossing.t, error = 0;
+    double t = crossing.t;
     if (!crossing_counts(walk->probe.ray, t)) return;
     if (id == walk->hit.primitive) return; /* another piece of the same primitive */
-    if (!naive) error = crossing_error(walk, id, t);
+    double error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
-    bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));
+    bool close = !(t < walk->hit.t - (walk->hit_error + error));
     if (close && !precedes(walk, &crossing)) return;
-    if (naive && t == walk->hit.t && id >= walk->hit.primitive) return;
     uint16_t in_corner = close ? walk->hit.in_corner : 0;
     walk->hit = (struct hit){t, found->u, found->v, id, (uint16_t)crossing.part, in_corner};
     walk->hit_error = error;
@@ -99,13 +98,13 @@ static INLINED bool is_behind_hit(const struct nearest_walk *walk, uint32_t id)
            !is_reversed(probe->ray) && !has_priority(probe->scene, id, hit);
 }
 
-static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
+static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id)
 {
-    if (!naive && is_behind_hit(walk, id)) return;
-    struct crossings found = probe_crossings(&walk->probe, id, naive);
+    if (is_behind_hit(walk, id)) return;
+    struct crossings found = probe_crossings(&walk->probe, id);
     /* The entry, if it is ahead of the ray: at a rim, the exit may be at the same place. */
     unsigned first = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
-    nearest_crossing(walk, &found, first, id, naive);
+    nearest_crossing(walk, &found, first, id);
 }
 
 /* planes: the cache of coplanar primitives, filled by preceding rays; not needed if only one primitive is
@@ -131,11 +130,11 @@ static INLINED bool plane_is_missed(const struct nearest_walk *walk, uint32_t id
     return span.decided && (span.to < 0 || probe->purpose.farthest < span.from);
 }
 
-static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
+static INLINED void nearest_planes(struct nearest_walk *walk)
 {
     uint32_t end = plane_ids_end(walk->probe.scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        if (naive || !plane_is_missed(walk, id)) nearest_primitive(walk, id, naive);
+        if (!plane_is_missed(walk, id)) nearest_primitive(walk, id);
 }
 
 /* ---- solids ---- */
@@ -156,8 +155,7 @@ static INLINED bool may_precede(const struct nearest_walk *walk, const struct ca
 static inline void nearest_waiting(struct nearest_walk *walk)
 {
     for (uint32_t i = 0; i < walk->waiting_count; i++)
-        if (may_precede(walk, &walk->waiting[i]))
-            nearest_primitive(walk, walk->waiting[i].id, false);
+        if (may_precede(walk, &walk->waiting[i])) nearest_primitive(walk, walk->waiting[i].id);
     walk->waiting_count = 0;
 }
 
@@ -221,7 +219,7 @@ static INLINED void nearest_way_out_of_cone(struct nearest_walk *walk, uint32_t 
     if (cone_way_out_span(cone, &s, ray_from_part(ray), &exit))
         nearest_waits(walk, id, exit.low, exit.high, exit.part_known, exit.part);
     else
-        nearest_primitive(walk, id, false);
+        nearest_primitive(walk, id);
 }
 
 /* Handles the sphere that the ray starts on. */
@@ -233,7 +231,7 @@ static INLINED void nearest_way_out_of_sphere(struct nearest_walk *walk, uint32_
         sphere_way_out_span(&scene_spheres(scene)[primitive_index(id)], walk->probe.ray, &exit))
         nearest_waits(walk, id, exit.low, exit.high, true, CONE_SIDE);
     else
-        nearest_primitive(walk, id, false);
+        nearest_primitive(walk, id);
 }
 
 static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_leaf *leaf)
@@ -253,18 +251,18 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
         nearest_waits(walk, leaf->id, first.from, first.to, is_on_part_one(&first) & 1,
                       part_at_one(&first, 0));
     else
-        nearest_primitive(walk, leaf->id, false);
+        nearest_primitive(walk, leaf->id);
 }
 
 /* Tests the primitives of a leaf other than triangles. */
 static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                                   uint32_t count, bool naive)
+                                   uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (!naive && has_spans(leaves[i].id))
+        if (has_spans(leaves[i].id))
             nearest_span(walk, &leaves[i]);
         else
-            nearest_primitive(walk, leaves[i].id, naive);
+            nearest_primitive(walk, leaves[i].id);
 }
 
 #endif

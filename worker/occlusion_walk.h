@@ -2,113 +2,8 @@
 #ifndef FARM_WORKER_OCCLUSION_WALK_H
 #define FARM_WORKER_OCCLUSION_WALK_H
 
-#include <stdlib.h>
-#include <string.h>
-
-#include "common/message.h"
+#include "worker/passages.h"
 #include "worker/probe.h"
-
-/* The number of times that a ray crosses the surface of a transparent primitive. */
-struct passage {
-    uint32_t material, primitive;
-    uint32_t crossings;
-};
-
-/* Most rays pass few transparent primitives; more of them move to the heap. */
-#define INLINE_PASSAGES 16
-
-/* The passages of one ray, in the order in which they were found; reused for the rays of a batch. */
-struct passages {
-    size_t count, capacity;
-    struct passage *at; /* fixed; allocated if capacity is larger */
-    struct passage fixed[INLINE_PASSAGES];
-};
-
-static inline void passages_begin(struct passages *passages)
-{
-    passages->count = 0;
-    passages->capacity = INLINE_PASSAGES;
-    passages->at = passages->fixed;
-}
-
-static inline void passages_end(struct passages *passages)
-{
-    if (passages->at != passages->fixed) free(passages->at);
-}
-
-static RARE void passages_grow(struct passages *passages)
-{
-    size_t capacity = 2 * passages->capacity;
-    if (passages->at == passages->fixed) {
-        passages->at = allocate(capacity, sizeof *passages->at);
-        memcpy(passages->at, passages->fixed, sizeof passages->fixed);
-    } else {
-        passages->at = reallocate(passages->at, capacity, sizeof *passages->at);
-    }
-    passages->capacity = capacity;
-}
-
-static inline void passages_add(struct passages *passages, uint32_t material, uint32_t primitive,
-                                uint32_t crossings)
-{
-    if (passages->count == passages->capacity) passages_grow(passages);
-    passages->at[passages->count++] = (struct passage){material, primitive, crossings};
-}
-
-static inline int by_material(const void *a, const void *b)
-{
-    const struct passage *p = a, *q = b;
-    if (p->material != q->material) return p->material < q->material ? -1 : 1;
-    return (p->primitive > q->primitive) - (p->primitive < q->primitive);
-}
-
-/*
- * Insertion sort for the usual few passages, for which qsort() of the C library would take longer than the
- * rest of the filter.
- */
-static inline void passages_sort(struct passages *passages)
-{
-    struct passage *at = passages->at;
-    if (passages->count > INLINE_PASSAGES) {
-        qsort(at, passages->count, sizeof *at, by_material);
-        return;
-    }
-    for (size_t i = 1; i < passages->count; i++) {
-        const struct passage next = at[i];
-        size_t place = i;
-        for (; place > 0 && by_material(&next, &at[place - 1]) < 0; place--)
-            at[place] = at[place - 1];
-        at[place] = next;
-    }
-}
-
-/*
- * The product of the factors, always in the same order: the same bits for every tree. A primitive with pieces
- * in several leaves may have been found more than once.
- */
-static inline struct vec3 passages_filter(struct passages *passages,
-                                          const struct material *materials)
-{
-    struct vec3 light = vec3(1, 1, 1);
-    passages_sort(passages);
-    for (size_t i = 0; i < passages->count; i++) {
-        const struct passage *passage = &passages->at[i];
-        if (i > 0 && passage->primitive == passage[-1].primitive) continue;
-        const struct material *material = &materials[passage->material];
-        struct vec3 factor = vec_scale(material->color, material->transmission);
-        for (uint32_t k = 0; k < passage->crossings; k++)
-            light = vec_mul(light, factor);
-    }
-    return light;
-}
-
-/* The transmittance for a ray's passages; NULL: nothing is transparent. */
-static inline struct vec3 transmittance_of(const struct scene *scene, struct passages *passages,
-                                           bool blocked)
-{
-    if (blocked) return vec3(0, 0, 0);
-    return passages ? passages_filter(passages, scene_materials(scene)) : vec3(1, 1, 1);
-}
 
 /*
  * What has blocked a ray, because it often blocks the neighbouring rays as well: a leaf of triangles, which
@@ -146,11 +41,6 @@ static INLINED bool occlusion_by(struct occlusion_walk *walk, const struct bvh_l
     return true;
 }
 
-static INLINED unsigned crossings_that_count(const struct ray *ray, const struct crossings *found)
-{
-    return (unsigned)crossing_counts(ray, found->t[0]) + crossing_counts(ray, found->t[1]);
-}
-
 static INLINED bool occlusion_of(struct occlusion_walk *walk, const struct crossings *found,
                                  const struct bvh_leaf *leaf)
 {
@@ -158,31 +48,30 @@ static INLINED bool occlusion_of(struct occlusion_walk *walk, const struct cross
     return crossings == 0 || occlusion_by(walk, leaf, crossings);
 }
 
-static INLINED bool occlusion_primitive(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
-                                        bool naive)
+static INLINED bool occlusion_primitive(struct occlusion_walk *walk, const struct bvh_leaf *leaf)
 {
-    struct crossings found = probe_crossings(&walk->probe, leaf->id, naive);
+    struct crossings found = probe_crossings(&walk->probe, leaf->id);
     return occlusion_of(walk, &found, leaf);
 }
 
 static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
-                                       bool certain, bool naive)
+                                       bool certain)
 {
     if (certain) return leaf->id == walk->probe.ray->from || occlusion_by(walk, leaf, 1);
-    struct crossings found = probe_triangle(&walk->probe, leaf, naive);
+    struct crossings found = probe_triangle(&walk->probe, leaf);
     return occlusion_of(walk, &found, leaf);
 }
 
 /* Tests the triangles of a leaf with `count` entries. */
 static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                        uint32_t count, uint32_t triangles, bool naive)
+                                        uint32_t count, uint32_t triangles)
 {
     for (uint32_t i = 0; i < triangles; i += LANES) {
         struct triangle_sets sets =
-            probe_triangles(&walk->probe, leaves, count, triangles, i, &walk->reach, naive);
+            probe_triangles(&walk->probe, leaves, count, triangles, i, &walk->reach);
         for (lane_set set = sets.maybe; set; set = without_lowest(set)) {
             unsigned lane = lowest_lane(set);
-            if (!occlusion_triangle(walk, &leaves[i + lane], sets.certain >> lane & 1, naive))
+            if (!occlusion_triangle(walk, &leaves[i + lane], sets.certain >> lane & 1))
                 return false;
         }
     }
@@ -192,14 +81,14 @@ static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struc
 static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh_leaf *leaf)
 {
     const struct probe *probe = &walk->probe;
-    if (leaf->id == probe->ray->from) return occlusion_primitive(walk, leaf, false);
+    if (leaf->id == probe->ray->from) return occlusion_primitive(walk, leaf);
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
     struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
     if ((certain.once | certain.twice) &&
         has_usable_spans_ahead(probe->scene, leaf->id, probe->ray, first_crossing_one(&span).from))
         return occlusion_by(walk, leaf, certain.twice ? 2 : 1);
-    return occlusion_primitive(walk, leaf, false);
+    return occlusion_primitive(walk, leaf);
 }
 
 /* Records what has blocked the ray, for the next one, and returns false to end the traversal. */
@@ -212,22 +101,22 @@ static INLINED bool end_at_blocker(struct occlusion_walk *walk, const struct bvh
 
 /* Tests the primitives of a leaf other than triangles. */
 static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                     uint32_t count, bool naive)
+                                     uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (!(!naive && has_spans(leaves[i].id) ? occlusion_span(walk, &leaves[i])
-                                                : occlusion_primitive(walk, &leaves[i], naive)))
+        if (!(has_spans(leaves[i].id) ? occlusion_span(walk, &leaves[i])
+                                      : occlusion_primitive(walk, &leaves[i])))
             return end_at_blocker(walk, &leaves[i], 1);
     return true;
 }
 
 static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                 uint32_t count, bool naive)
+                                 uint32_t count)
 {
     uint32_t triangles = triangles_of(leaves, count);
-    if (!occlusion_triangles(walk, leaves, count, triangles, naive))
+    if (!occlusion_triangles(walk, leaves, count, triangles))
         return end_at_blocker(walk, leaves, count);
-    return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
+    return occlusion_solids(walk, leaves + triangles, count - triangles);
 }
 
 /* Whether the blocker of the preceding ray blocks this one too, if that can be decided quickly. */
@@ -260,26 +149,26 @@ static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct sc
 }
 
 /* The number of times that the ray crosses a plane. A surface close to its start may have been passed. */
-static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32_t id, bool naive)
+static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32_t id)
 {
     const struct probe *probe = &walk->probe;
     const struct ray *ray = probe->ray;
-    if (!naive && id != ray->from) {
+    if (id != ray->from) {
         struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
         if (span.decided && (span.to < 0 || ray->t_max < span.from)) return 0;
         if (span.decided && start_reach(ray) < span.from && span.to < ray->t_max) return 1;
     }
-    struct crossings found = probe_crossings(probe, id, naive);
+    struct crossings found = probe_crossings(probe, id);
     return crossings_that_count(ray, &found);
 }
 
 /* Tests the planes; false: one of them blocks the ray. */
-static INLINED bool occlusion_planes(struct occlusion_walk *walk, bool naive)
+static INLINED bool occlusion_planes(struct occlusion_walk *walk)
 {
     const struct scene *scene = walk->probe.scene;
     uint32_t end = plane_ids_end(scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++) {
-        unsigned crossings = plane_passages(walk, id, naive);
+        unsigned crossings = plane_passages(walk, id);
         if (crossings == 0) continue;
         struct bvh_leaf plane = bvh_leaf_of(scene, id);
         if (!occlusion_by(walk, &plane, crossings)) return false;

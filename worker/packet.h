@@ -53,8 +53,8 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
 struct nearest_batch {
     const struct scene *scene;
     const struct bvh *bvh;
-    struct known_planes *planes; /* NULL with the paper's formulas */
-    uint64_t *exact;             /* counts exact fallbacks */
+    struct known_planes *planes;
+    uint64_t *exact; /* counts exact fallbacks */
 };
 
 /*

@@ -81,7 +81,7 @@ static void settle(struct nearest_packet *it, unsigned lane)
     struct nearest_walk *walk = walk_of(it, lane);
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
-        if (candidate->from <= it->limit[lane]) nearest_primitive(walk, candidate->id, false);
+        if (candidate->from <= it->limit[lane]) nearest_primitive(walk, candidate->id);
     }
     it->count[lane] = 0;
     it->limit[lane] = smaller_number(it->limit[lane], walk->probe.purpose.farthest);
@@ -161,7 +161,7 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
         unsigned lane = lowest_lane(set);
         if (is_left_behind(it->scene, id, &it->rays[lane])) continue;
         struct nearest_walk *walk = walk_of(it, lane);
-        nearest_primitive(walk, id, false);
+        nearest_primitive(walk, id);
         it->limit[lane] = smaller_number(it->limit[lane], walk->probe.purpose.farthest);
     }
 }

@@ -68,7 +68,7 @@ static INLINED lane_set triangle_in_the_way(void *context, const struct bvh_leaf
     certain_crossings(it, leaf, set & certain & within, 1);
     for (set &= ~(certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
-        note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
+        note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false));
     }
     return it->open;
 }
@@ -79,7 +79,7 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         if (is_left_behind(it->scene, leaf->id, &it->rays[lane])) continue;
-        note(it, lane, occlusion_primitive(walk_of(it, lane), leaf, false));
+        note(it, lane, occlusion_primitive(walk_of(it, lane), leaf));
     }
 }
 

@@ -2,7 +2,6 @@
 
 #include "worker/box.h"
 #include "worker/cone.h"
-#include "worker/naive.h"
 #include "worker/order.h"
 #include "worker/planar.h"
 #include "worker/sphere.h"
@@ -154,37 +153,4 @@ struct crossings primitive_crossings(const struct scene *scene, uint32_t id, con
     }
     return triangle_crossings_ahead(scene, id, corner_indices(scene, id), ray, shear, purpose,
                                     exact);
-}
-
-struct crossings naive_triangle_crossings(const struct scene *scene, const uint32_t corner[3],
-                                          const struct ray *ray)
-{
-    const struct vec3 *vertices = scene_vertices(scene);
-    return naive_beyond_epsilon(
-        naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
-}
-
-struct crossings naive_crossings(const struct scene *scene, uint32_t id, const struct ray *ray)
-{
-    uint32_t index = primitive_index(id);
-    const struct plane *plane;
-    switch (primitive_kind(id)) {
-    case PRIMITIVE_SPHERE:
-        return naive_beyond_epsilon(naive_sphere(&scene_spheres(scene)[index], ray), ray);
-    case PRIMITIVE_BOX:
-        return naive_beyond_epsilon(naive_box(&scene_boxes(scene)[index], ray), ray);
-    case PRIMITIVE_CONE:
-        return naive_beyond_epsilon(naive_cone(&scene_cones(scene)[index], ray), ray);
-    case PRIMITIVE_DISC:
-        return naive_beyond_epsilon(naive_disc(&scene_discs(scene)[index], ray), ray);
-    case PRIMITIVE_PLANE:
-        plane = &scene_planes(scene)[index];
-        return naive_beyond_epsilon(
-            one_crossing(naive_plane_distance(plane->point, plane->normal, ray)), ray);
-    case PRIMITIVE_TRIANGLE:
-    case PRIMITIVE_PATCH:
-    case PRIMITIVE_KINDS:
-        break;
-    }
-    return naive_triangle_crossings(scene, corner_indices(scene, id), ray);
 }

@@ -37,11 +37,4 @@ struct crossings primitive_crossings(const struct scene *scene, uint32_t id, con
                                      const struct shear *shear, const struct purpose *purpose,
                                      uint64_t *exact);
 
-/* The crossing with a triangle by the paper's formulas. */
-struct crossings naive_triangle_crossings(const struct scene *scene, const uint32_t corner[3],
-                                          const struct ray *ray);
-
-/* primitive_crossings() by the paper's formulas. */
-struct crossings naive_crossings(const struct scene *scene, uint32_t id, const struct ray *ray);
-
 #endif

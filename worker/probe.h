@@ -2,7 +2,6 @@
 #ifndef FARM_WORKER_PROBE_H
 #define FARM_WORKER_PROBE_H
 
-#include "worker/naive.h"
 #include "worker/primitive.h"
 #include "worker/rough_triangles.h"
 #include "worker/solid_lanes.h"
@@ -52,37 +51,17 @@ static INLINED void probe_leaves(struct probe *probe, const struct bvh *bvh)
     if (has_triangles(probe->scene)) rough_ray_begin(&probe->rough, bvh, probe->ray, &probe->shear);
 }
 
-static inline bool ray_is_finite(const struct ray *ray)
+static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id)
 {
-    return vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
-}
-
-/* naive is a constant in every caller of this inlined function: the choice of formulas costs nothing per ray. */
-static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
-{
-    if (naive) return naive_crossings(probe->scene, id, probe->ray);
     return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, &probe->purpose,
                                probe->exact);
 }
 
 static INLINED struct crossings probe_triangle(const struct probe *probe,
-                                               const struct bvh_leaf *leaf, bool naive)
+                                               const struct bvh_leaf *leaf)
 {
-    if (naive)
-        return naive_triangle_crossings(probe->scene, corner_indices(probe->scene, leaf->id),
-                                        probe->ray);
     return triangle_crossings_ahead(probe->scene, leaf->id, corner_indices(probe->scene, leaf->id),
                                     probe->ray, &probe->shear, &probe->purpose, probe->exact);
-}
-
-/* The number of triangles among the primitives of a leaf; they come first. */
-static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t count)
-{
-    if (is_triangle(leaves[count - 1].id)) return count;
-    uint32_t triangles = 0;
-    while (is_triangle(leaves[triangles].id))
-        triangles++;
-    return triangles;
 }
 
 /* Classifies up to LANES triangles (sort_triangles()) with the filter in double, a few at a time. */
@@ -110,14 +89,10 @@ sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
                                                     uint32_t triangles, uint32_t first,
-                                                    const struct reach *reach, bool naive)
+                                                    const struct reach *reach)
 {
     struct triangle_sets sets = {first_lanes(triangles - first), 0};
     if (!LANES_IN_SIMD) return sets;
-    if (naive) {
-        sets.maybe = naive_crossed(probe->scene, leaves + first, triangles - first, probe->ray);
-        return sets;
-    }
     sets.maybe &= ~entries_of(leaves + first, probe->ray->from);
     if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
                               &sets))

@@ -38,6 +38,11 @@ struct ray {
     uint32_t from_part;
 };
 
+static inline bool ray_is_finite(const struct ray *ray)
+{
+    return vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
+}
+
 /* The part alone, for rays that name a surface. */
 static inline uint32_t ray_from_part(const struct ray *ray)
 {

@@ -46,6 +46,11 @@ static inline bool crossing_counts(const struct ray *ray, double t)
     return t > 0 && t < ray->t_max;
 }
 
+static inline unsigned crossings_that_count(const struct ray *ray, const struct crossings *found)
+{
+    return (unsigned)crossing_counts(ray, found->t[0]) + crossing_counts(ray, found->t[1]);
+}
+
 static inline struct crossings one_crossing(double t)
 {
     return (struct crossings){.t = {t, NOT_CROSSED}};

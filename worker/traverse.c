@@ -69,9 +69,9 @@ void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double lim
     }
 }
 
-void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, visit_leaf *visit,
-                  void *context)
+void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
+                  visit_leaf *visit, void *context)
 {
     for (lane_set trees = trees_of_ray(bvh, ray, limit); trees;)
-        traverse(take_tree(bvh, &trees), ray, limit, false, visit, context);
+        traverse(take_tree(bvh, &trees), ray, limit, ordered, visit, context);
 }
