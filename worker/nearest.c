@@ -23,7 +23,7 @@ static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bv
     }
 }
 
-static INLINED bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+static bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                     double *limit)
 {
     struct nearest_walk *walk = context;

@@ -5,7 +5,7 @@
 #include "worker/several.h"
 #include "worker/traverse.h"
 
-static INLINED bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+static bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                    double *limit)
 {
     (void)limit;
