@@ -16,7 +16,7 @@ static uint64_t scramble(uint64_t x)
 
 double chance(uint32_t seed, uint32_t index)
 {
-    return ldexp((double)(scramble((uint64_t)(seed + 1u) << 32 | index) >> 11), -53);
+    return 0x1p-53 * (double)(scramble((uint64_t)(seed + 1u) << 32 | index) >> 11);
 }
 
 static double lattice(int64_t x, int64_t y, int64_t z, uint32_t seed)
@@ -24,7 +24,7 @@ static double lattice(int64_t x, int64_t y, int64_t z, uint32_t seed)
     uint64_t h = scramble((uint64_t)x + seed);
     h = scramble(h ^ (uint64_t)y * UINT64_C(0x9e3779b97f4a7c15));
     h = scramble(h ^ (uint64_t)z * UINT64_C(0xd6e8feb86659fd93));
-    return ldexp((double)(h >> 11), -52) - 1;
+    return 0x1p-52 * (double)(h >> 11) - 1;
 }
 
 static double mix(double a, double b, double t)
