@@ -112,11 +112,12 @@ $(say)  link $@
 $(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(1) -o $@
 endef
 
-# The kernel's files are compiled for each level of processor, whose flags follow the others. The objects of a level are
-# linked into one, of which only the kernel's table is visible. Tests of single functions are linked with the functions
-# of the portable level, which are plain functions without SIMD.
-KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/work.c worker/receive.c \
-    worker/send.c worker/node.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
+# The kernel's files are compiled for each level of processor, whose flags follow the others; not those whose work is
+# done once for a scene or has no arithmetic. The objects of a level are linked into one, of which only the kernel's
+# table is visible. Tests of single functions are linked with the functions of the portable level, which are plain
+# functions without SIMD.
+KERNEL := $(filter-out $(addprefix worker/,bvh%.c box_lights.c collective.c eye_media.c kernel.c medium.c node.c \
+    node_scene.c radiance_clusters.c receive.c send.c work.c),$(wildcard worker/*.c))
 LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
 LEVELS += avx2 avx512
