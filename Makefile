@@ -113,11 +113,11 @@ $(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(1) -o $@
 endef
 
 # The kernel's files are compiled for each level of processor, whose flags follow the others; not those whose work is
-# done once for a scene or has no arithmetic. The objects of a level are linked into one, of which only the kernel's
-# table is visible. Tests of single functions are linked with the functions of the portable level, which are plain
-# functions without SIMD.
-KERNEL := $(filter-out $(addprefix worker/,bvh%.c box_lights.c collective.c eye_media.c kernel.c medium.c node.c \
-    node_scene.c radiance_clusters.c receive.c send.c work.c),$(wildcard worker/*.c))
+# done once for a scene or has no arithmetic: what these call of the kernel is the portable level's. The objects of a
+# level are linked into one, of which only the kernel's table is visible. Tests of single functions are linked with the
+# functions of the portable level, which are plain functions without SIMD.
+KERNEL := $(filter-out $(addprefix worker/,bvh%.c box_lights.c collective.c kernel.c medium.c node.c node_scene.c \
+    radiance_clusters.c receive.c send.c work.c),$(wildcard worker/*.c))
 LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
 LEVELS += avx2 avx512

@@ -675,6 +675,31 @@ static void test_naive_formulas(void **state)
     free(scene);
 }
 
+/* Through a cluster of opaque spheres and one of glass, in different trees, by both formulas: whichever comes first,
+ * nothing passes. */
+static void test_shadow_through_several_trees(void **state)
+{
+    for (unsigned glass = 0; glass < 2; glass++) {
+        struct builder *builder = builder_create();
+        uint32_t materials[] = {add_material(builder, vec3(1, 1, 1), 0),
+                                add_material(builder, vec3(1, 1, 1), 0.5)};
+        for (unsigned i = 0; i < 200; i++)
+            add_sphere(builder, vec3(i % 2 * 1e6 + i * 0.01, 0, 0), 4e-3, materials[i % 2 ^ glass]);
+        struct scene *scene = finish_scene(builder);
+        struct bvh *bvh = build_tree(scene);
+        struct ray ray = ray_along(vec3(-1, 0, 0), vec3(1, 0, 0));
+        assert_non_null(bvh_next(bvh));
+        for (unsigned paper = 0; paper < 2; paper++) {
+            scene->view.formulas = paper ? FORMULAS_PAPER : FORMULAS_EXACT;
+            assert_vector_near(light_through(scene, bvh, &ray), vec3(0, 0, 0), 0);
+            assert_int_equal(nearest_of(scene, bvh, &ray).primitive,
+                             primitive_id(PRIMITIVE_SPHERE, 0));
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -695,6 +720,7 @@ int main(void)
         cmocka_unit_test(test_empty_scene),
         cmocka_unit_test(test_scaling_by_powers_of_two),
         cmocka_unit_test(test_naive_formulas),
+        cmocka_unit_test(test_shadow_through_several_trees),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

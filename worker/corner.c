@@ -73,6 +73,6 @@ struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const
                                .hit = hit->primitive};
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++)
         look_at(&walk, id);
-    visit_leaves(bvh, ray, walk.high, false, look_in_leaf, &walk);
+    visit_leaves(bvh, ray, walk.high, look_in_leaf, &walk);
     return surface_away_from_others(scene, ray, hit, walk.others, walk.count);
 }

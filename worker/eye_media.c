@@ -300,7 +300,7 @@ static bool is_on_mesh(const struct scene *scene, const struct bvh *bvh, struct 
     const struct ray ray = {
         .origin = point, .direction = {0, 0, 1}, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
     struct at_point at = {scene, point, false};
-    visit_leaves(bvh, &ray, 0, false, look_in_leaf, &at);
+    visit_leaves(bvh, &ray, 0, look_in_leaf, &at);
     return at.found;
 }
 

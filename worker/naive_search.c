@@ -4,6 +4,7 @@
 #include "worker/naive.h"
 #include "worker/passages.h"
 #include "worker/primitive.h"
+#include "worker/several.h"
 #include "worker/visit.h"
 
 static struct crossings triangle_crossings_of(const struct scene *scene, uint32_t id,
@@ -91,14 +92,15 @@ static lane_set maybe_crossed(const struct scene *scene, const struct bvh_leaf *
 struct naive_walk {
     const struct scene *scene;
     const struct ray *ray;
-    struct hit hit;            /* nearest */
-    struct passages *passages; /* occluded */
+    struct hit hit; /* nearest */
+    /* occluded */
+    struct passages *passages;
     bool blocked;
 };
 
 /* ---- nearest ---- */
 
-static void nearer(struct naive_walk *walk, uint32_t id, const struct crossings *found)
+static void take_if_nearer(struct naive_walk *walk, uint32_t id, const struct crossings *found)
 {
     unsigned first = crossing_counts(walk->ray, found->t[0]) ? 0 : 1;
     double t = found->t[first];
@@ -117,12 +119,12 @@ static bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32
         for (; set; set = without_lowest(set)) {
             uint32_t id = leaves[i + lowest_lane(set)].id;
             struct crossings found = triangle_crossings_of(walk->scene, id, walk->ray);
-            nearer(walk, id, &found);
+            take_if_nearer(walk, id, &found);
         }
     }
     for (uint32_t i = triangles; i < count; i++) {
         struct crossings found = crossings_of(walk->scene, leaves[i].id, walk->ray);
-        nearer(walk, leaves[i].id, &found);
+        take_if_nearer(walk, leaves[i].id, &found);
     }
     *limit = smaller_number(walk->hit.t, *limit);
     return true;
@@ -136,9 +138,13 @@ static struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
     if (!ray_is_finite(ray)) return walk.hit;
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++) {
         struct crossings found = crossings_of(scene, id, ray);
-        nearer(&walk, id, &found);
+        take_if_nearer(&walk, id, &found);
     }
-    visit_leaves(bvh, ray, smaller_number(walk.hit.t, ray->t_max), true, nearest_in_leaf, &walk);
+    double limit = smaller_number(walk.hit.t, ray->t_max);
+    for (lane_set trees = trees_of_ray(bvh, ray, limit); trees;) {
+        limit = smaller_number(walk.hit.t, ray->t_max);
+        visit_tree(take_tree(bvh, &trees), ray, limit, true, nearest_in_leaf, &walk);
+    }
     return walk.hit;
 }
 
@@ -195,18 +201,25 @@ static bool passes_planes(struct naive_walk *walk)
     return true;
 }
 
+static bool is_blocked(struct naive_walk *walk, const struct bvh *bvh)
+{
+    const struct ray *ray = walk->ray;
+    if (!ray_is_finite(ray) || !passes_planes(walk)) return walk->blocked;
+    lane_set trees = trees_of_ray(bvh, ray, ray->t_max);
+    while (trees && !walk->blocked)
+        visit_tree(take_tree(bvh, &trees), ray, ray->t_max, false, occlusion_in_leaf, walk);
+    return walk->blocked;
+}
+
 void naive_occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     size_t count, struct vec3 *transmittance)
 {
     struct passages passages;
     passages_begin(&passages);
     for (size_t i = 0; i < count; i++) {
-        const struct ray *ray = &rays[i];
-        struct naive_walk walk = {.scene = scene, .ray = ray, .passages = &passages};
+        struct naive_walk walk = {.scene = scene, .ray = &rays[i], .passages = &passages};
         passages.count = 0;
-        if (ray_is_finite(ray) && passes_planes(&walk))
-            visit_leaves(bvh, ray, ray->t_max, false, occlusion_in_leaf, &walk);
-        transmittance[i] = transmittance_of(scene, &passages, walk.blocked);
+        transmittance[i] = transmittance_of(scene, &passages, is_blocked(&walk, bvh));
     }
     passages_end(&passages);
 }

@@ -23,8 +23,8 @@ static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bv
     }
 }
 
-static bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                                    double *limit)
+static NOINLINE bool nearest_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                     double *limit)
 {
     struct nearest_walk *walk = context;
     uint32_t triangles = triangles_of(leaves, count);

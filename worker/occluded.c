@@ -5,11 +5,15 @@
 #include "worker/several.h"
 #include "worker/traverse.h"
 
-static bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
-                                   double *limit)
+static NOINLINE bool occlusion_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                       double *limit)
 {
     (void)limit;
-    return occlusion_in(context, leaves, count);
+    struct occlusion_walk *walk = context;
+    uint32_t triangles = triangles_of(leaves, count);
+    if (!occlusion_triangles(walk, leaves, count, triangles))
+        return end_at_blocker(walk, leaves, count);
+    return occlusion_solids(walk, leaves + triangles, count - triangles);
 }
 
 /* Whether an opaque surface blocks the ray; otherwise passages receives the transparent ones. */
@@ -30,7 +34,7 @@ static INLINED bool is_blocked(const struct occlusion_batch *batch, const struct
     for (lane_set trees = trees_of_ray(bvh, ray, ray->t_max); trees && !walk.blocked;) {
         walk.bvh = take_tree(bvh, &trees);
         probe_leaves(&walk.probe, walk.bvh);
-        traverse(walk.bvh, ray, ray->t_max, false, occlusion_leaf, &walk);
+        traverse(walk.bvh, ray, ray->t_max, false, occlusion_in_leaf, &walk);
     }
     return walk.blocked;
 }

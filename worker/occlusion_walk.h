@@ -110,15 +110,6 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
     return true;
 }
 
-static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                 uint32_t count)
-{
-    uint32_t triangles = triangles_of(leaves, count);
-    if (!occlusion_triangles(walk, leaves, count, triangles))
-        return end_at_blocker(walk, leaves, count);
-    return occlusion_solids(walk, leaves + triangles, count - triangles);
-}
-
 /* Whether the blocker of the preceding ray blocks this one too, if that can be decided quickly. */
 static INLINED bool occlusion_by_blocker(struct occlusion_walk *walk)
 {

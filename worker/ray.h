@@ -2,6 +2,7 @@
 #ifndef FARM_WORKER_RAY_H
 #define FARM_WORKER_RAY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/scene.h"

@@ -69,9 +69,15 @@ void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double lim
     }
 }
 
-void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
-                  visit_leaf *visit, void *context)
+void visit_tree(const struct bvh *tree, const struct ray *ray, double limit, bool ordered,
+                visit_leaf *visit, void *context)
+{
+    traverse(tree, ray, limit, ordered, visit, context);
+}
+
+void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, visit_leaf *visit,
+                  void *context)
 {
     for (lane_set trees = trees_of_ray(bvh, ray, limit); trees;)
-        traverse(take_tree(bvh, &trees), ray, limit, ordered, visit, context);
+        visit_tree(take_tree(bvh, &trees), ray, limit, false, visit, context);
 }

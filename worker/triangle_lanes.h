@@ -4,7 +4,7 @@
 #define FARM_WORKER_TRIANGLE_LANES_H
 
 #include "worker/bvh.h"
-#include "worker/lanes3.h"
+#include "worker/lanes.h"
 #include "worker/quad.h"
 #include "worker/triangle.h"
 

@@ -13,9 +13,12 @@
 typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                         double *limit);
 
-/* Visits the leaves of all trees that the ray reaches at 0 <= t <= limit: tree by tree, near ones of a tree first if
- * ordered. */
-void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
-                  visit_leaf *visit, void *context);
+/* Visits the leaves of one tree that the ray reaches at 0 <= t <= limit, near ones first if ordered. */
+void visit_tree(const struct bvh *tree, const struct ray *ray, double limit, bool ordered,
+                visit_leaf *visit, void *context);
+
+/* Visits those of all trees, in any order; where visit() returns false, the next tree follows. */
+void visit_leaves(const struct bvh *bvh, const struct ray *ray, double limit, visit_leaf *visit,
+                  void *context);
 
 #endif

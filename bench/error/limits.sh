@@ -5,6 +5,7 @@
 limits() {
     begin_csv limits "$LIMITS_SIZE $(nproc)" "scene,limit,total_s,sampled_share,adaptive_samples,adaptive_s,adaptive_estimated,uniform_samples,uniform_s,slope,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse,guessed_rmse"
     set_size "$LIMITS_SIZE"
+    too_short=
     for scene in $SCENES; do
         for limit in $LIMITS; do
             known "$scene,$limit" && continue
@@ -22,13 +23,18 @@ limits() {
             all = $4 < 1 && $16 == "null" ? "-" : sprintf("%.3g", sqrt($4 * $7 ^ 2 + (1 - $4) * $16 ^ 2))
             printf "| %s | %s | %.2f | %+.1f %% | %.0f %% | %.1f | %.2f | %.3g | %s | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
             $1, $2, $3, 100 * ($3 / $2 - 1), int(100 * $4), $5, $6, $7, all, $13, $14, $8, $9, $11, $12, even, even / $13 }' "$csv"
+        [ -z "$too_short" ] || printf '\nToo short for a sample on this machine: %s.\n' "${too_short#, }"
     } >"$OUT/error_limits.md"
     plot_limits
 }
 
 one_limit() { # SCENE LIMIT
     u=$WORK/even.json a=$WORK/run.json
-    farm_wide run "$1" sampling.time_limit="$2" output.image="$WORK/run.png"
+    if ! (farm_wide run "$1" sampling.time_limit="$2" output.image="$WORK/run.png"); then
+        grep -q "before any sample" "$WORK/run.log" || exit 1
+        too_short="$too_short, $1 $2 s"
+        return
+    fi
     total=$(of "$a" time total_s)
     farm_wide run "$1" sampling.time_limit="$2"
     n=4
