@@ -675,8 +675,8 @@ static void test_naive_formulas(void **state)
     free(scene);
 }
 
-/* Through a cluster of opaque spheres and one of glass, in different trees, by both formulas: whichever comes first,
- * nothing passes. */
+/* Through a cluster of opaque spheres and one of glass, by both formulas: whichever comes first, nothing passes. The
+ * spheres are so small, and the clusters so far apart, that each has a tree. */
 static void test_shadow_through_several_trees(void **state)
 {
     for (unsigned glass = 0; glass < 2; glass++) {
