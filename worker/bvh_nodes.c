@@ -12,10 +12,13 @@
 
 /*
  * A spatial split, which takes longer to find, is tried where the two sides of the best object split overlap in more
- * than OVERLAP of the area of the range, and OVERLAP_OF_ROOT of that of the root, so that it matters to rays.
+ * than OVERLAP of the range's length, as this is what it may take off them, and where the range has more than
+ * RANGE_OF_ROOT of the root's area, so that it matters to rays. The area of the overlap, which Stich et al. compare, is
+ * large even where two sides only touch, as in every mesh over a grid. With an OVERLAP of 1/64 the trees of the lantern
+ * and of a scanned figure cost rays 0.7 % more by the heuristic, with a RANGE_OF_ROOT of 5e-3 0.7 and 0.1 %.
  */
-#define OVERLAP         0.1
-#define OVERLAP_OF_ROOT 1e-3
+#define OVERLAP       (1.0 / 128)
+#define RANGE_OF_ROOT 3e-3
 
 /*
  * A range of at most SUBTREE_ITEMS, or this share of all items if that is more, becomes a subtree that one thread
@@ -61,12 +64,20 @@ static bool may_be_leaf(const struct range *range)
     return range->weight <= LEAF_WEIGHT_MAX;
 }
 
+static bool is_cutting_worthwhile(const struct build *build, const struct range *range,
+                                  const struct split *split)
+{
+    const struct extent *extent = &range->extent;
+    double length = (double)extent->max[split->axis] - (double)extent->min[split->axis];
+    if (range->room == 0) return false;
+    return isinf(split->cost) || (split->overlap > OVERLAP * length &&
+                                  extent_half_area(extent) > RANGE_OF_ROOT * build->area);
+}
+
 static struct split find_split(const struct build *build, const struct range *range)
 {
     struct split split = find_object_split(&build->input, range);
-    double least =
-        larger_number(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_half_area(&range->extent));
-    if (range->room == 0 || !(split.overlap > least)) return split;
+    if (!is_cutting_worthwhile(build, range, &split)) return split;
     return find_spatial_split(&build->input, range, &split);
 }
 

@@ -108,9 +108,11 @@ struct border {
 };
 
 /* Evaluates all borders of one axis: costs of right sides in a sweep from the right, of left ones from the left. */
-static struct border sweep_bins(const struct bins *bins, const uint32_t *right_weights,
-                                unsigned count)
+static struct border sweep_bins(const struct binning *binning, unsigned axis,
+                                const uint32_t *right_weights)
 {
+    const struct bins *bins = &binning->axes[axis];
+    const unsigned count = binning->count;
     struct extent rights[BINS_MAX], left = empty_extent();
     double right_cost[BINS_MAX];
     uint32_t right_weight = 0, left_weight = 0;
@@ -129,8 +131,7 @@ static struct border sweep_bins(const struct bins *bins, const uint32_t *right_w
         if (left_weight == 0) continue;
         double cost = extent_half_area(&left) * cost_of(left_weight) + right_cost[b + 1];
         if (!(cost < best.cost)) continue;
-        struct extent common = intersection(&left, &rights[b + 1]);
-        best = (struct border){b, cost, extent_half_area(&common)};
+        best = (struct border){b, cost, (double)left.max[axis] - (double)rights[b + 1].min[axis]};
     }
     return best;
 }
@@ -157,13 +158,12 @@ static void bin_by_center(const struct bvh_input *input, struct binning *binning
 struct split find_object_split(const struct bvh_input *input, const struct range *range)
 {
     struct binning binning;
-    struct split best = {.cost = INFINITE, .overlap = INFINITE};
+    struct split best = {.cost = INFINITE};
     place_bins(&binning, range->count, range->centers.min, range->centers.max);
     bin_range(input, &binning, range, bin_by_center, CHUNK_ITEMS);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
-        const struct bins *bins = &binning.axes[axis];
-        struct border border = sweep_bins(bins, bins->begin, binning.count);
+        struct border border = sweep_bins(&binning, axis, binning.axes[axis].begin);
         if (!(border.cost < best.cost)) continue;
         best = (struct split){.axis = axis,
                               .low = binning.low[axis],
@@ -243,8 +243,7 @@ struct split find_spatial_split(const struct bvh_input *input, const struct rang
     bin_range(input, &binning, range, bin_by_place, CHUNK_ITEMS / CUTTING);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
-        const struct bins *bins = &binning.axes[axis];
-        struct border border = sweep_bins(bins, bins->end, binning.count);
+        struct border border = sweep_bins(&binning, axis, binning.axes[axis].end);
         if (border.cost < best.cost)
             best = (struct split){.axis = axis,
                                   .spatial = true,
