@@ -107,25 +107,35 @@ struct border {
     double cost, overlap;
 };
 
-/* Evaluates all borders of one axis: costs of right sides in a sweep from the right, of left ones from the left. */
+static inline bool is_empty_bin(const struct bins *bins, unsigned b)
+{
+    return bins->begin[b] == 0 && bins->end[b] == 0 &&
+           bins->extent[b].min[0] > bins->extent[b].max[0];
+}
+
+/* Evaluates all borders of one axis: costs of right sides in a sweep from the right, of left ones from the left. Few
+ * items leave most bins empty; a border behind an empty bin is as good as the one before. */
 static struct border sweep_bins(const struct binning *binning, unsigned axis,
                                 const uint32_t *right_weights)
 {
     const struct bins *bins = &binning->axes[axis];
     const unsigned count = binning->count;
-    struct extent rights[BINS_MAX], left = empty_extent();
-    double right_cost[BINS_MAX];
+    struct extent rights[BINS_MAX + 1], left = empty_extent();
+    double right_cost[BINS_MAX + 1];
     uint32_t right_weight = 0, left_weight = 0;
     struct border best = {0, INFINITE, 0};
-    rights[count - 1] = bins->extent[count - 1];
+    rights[count] = empty_extent();
+    right_cost[count] = INFINITE;
     for (unsigned b = count - 1; b > 0; b--) {
+        rights[b] = rights[b + 1];
+        right_cost[b] = right_cost[b + 1];
+        if (is_empty_bin(bins, b)) continue;
+        extend(&rights[b], &bins->extent[b]);
         right_weight += right_weights[b];
-        right_cost[b] =
-            right_weight ? extent_half_area(&rights[b]) * cost_of(right_weight) : INFINITE;
-        rights[b - 1] = rights[b];
-        extend(&rights[b - 1], &bins->extent[b - 1]);
+        if (right_weight > 0) right_cost[b] = extent_half_area(&rights[b]) * cost_of(right_weight);
     }
     for (unsigned b = 0; b + 1 < count; b++) {
+        if (is_empty_bin(bins, b)) continue;
         extend(&left, &bins->extent[b]);
         left_weight += bins->begin[b];
         if (left_weight == 0) continue;
@@ -138,6 +148,14 @@ static struct border sweep_bins(const struct binning *binning, unsigned axis,
 
 /* ---- object split ---- */
 
+static inline void add_to_bin(struct bins *bins, float place, const struct extent *extent,
+                              uint32_t weight)
+{
+    unsigned b = (unsigned)(int)place;
+    extend(&bins->extent[b], extent);
+    bins->begin[b] += weight;
+}
+
 static void bin_by_center(const struct bvh_input *input, struct binning *binning, uint32_t begin,
                           uint32_t end)
 {
@@ -147,11 +165,9 @@ static void bin_by_center(const struct bvh_input *input, struct binning *binning
     for (uint32_t i = begin; i < end; i++) {
         struct extent extent = item_extent(&items[i]);
         float4 place = min4((half_center(&extent) - low) * scale, last);
-        for (unsigned axis = 0; axis < 3; axis++) {
-            unsigned b = (unsigned)(int)place[axis];
-            extend(&binning->axes[axis].extent[b], &extent);
-            binning->axes[axis].begin[b] += items[i].weight;
-        }
+        add_to_bin(&binning->axes[0], place[0], &extent, items[i].weight);
+        add_to_bin(&binning->axes[1], place[1], &extent, items[i].weight);
+        add_to_bin(&binning->axes[2], place[2], &extent, items[i].weight);
     }
 }
 

@@ -25,8 +25,8 @@ struct split {
     float plane;           /* spatial split */
     /* sum of area * cost_of(weight) over both sides; infinite: all centres coincide */
     double cost;
-    double
-        overlap; /* of both sides, along the axis, negative if there is a gap; spatial split: 0 */
+    /* of both sides, along the axis; negative if there is a gap; spatial split: 0 */
+    double overlap;
 };
 
 /* The cost of a leaf of this weight. */
