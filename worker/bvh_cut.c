@@ -60,15 +60,6 @@ static void set_extent(struct item *item, const struct extent *extent)
     }
 }
 
-static unsigned longest_axis(const struct item *item)
-{
-    unsigned longest = 0;
-    for (unsigned axis = 1; axis < 3; axis++)
-        if (item->max[axis] - item->min[axis] > item->max[longest] - item->min[longest])
-            longest = axis;
-    return longest;
-}
-
 bool cut_item(const struct corners *corners, struct item *item, unsigned axis, float plane,
               struct item *right)
 {
@@ -86,7 +77,8 @@ uint32_t halve_triangle(const struct bvh_input *input, struct item *item, unsign
     uint32_t end = 1;
     for (; halvings > 0; halvings--)
         for (uint32_t i = 0, count = end; i < count; i++) {
-            unsigned axis = longest_axis(&item[i]);
+            struct extent extent = item_extent(&item[i]);
+            unsigned axis = longest_axis(&extent);
             float middle = item[i].min[axis] / 2 + item[i].max[axis] / 2;
             end += cut_item(&corners, &item[i], axis, middle, &item[end]);
         }

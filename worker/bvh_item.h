@@ -81,6 +81,12 @@ static inline float4 half_center(const struct extent *extent)
     return min * quarter + max * quarter;
 }
 
+/* The same along one axis. */
+static inline float half_center_at(const struct item *item, unsigned axis)
+{
+    return item->min[axis] * 0.25f + item->max[axis] * 0.25f;
+}
+
 /* ---- ranges ---- */
 
 /* Consecutive items, the room after them, and their sums and bounds. */

@@ -19,13 +19,13 @@
 /* Object split: items with (place - low) * scale < end are on the left, where place is half their centre. Spatial
  * split: triangles across the plane are cut, then items whose centre is below the plane are on the left. */
 struct split {
-    unsigned axis;
+    unsigned axis; /* without a split: the longest one of the range */
     bool spatial;
     float low, scale, end; /* object split */
     float plane;           /* spatial split */
     /* sum of area * cost_of(weight) over both sides; infinite: all centres coincide */
     double cost;
-    /* of both sides, along the axis; negative if there is a gap; spatial split: 0 */
+    /* of both sides, along the axis; negative: a gap; infinite: there are no sides; spatial split: 0 */
     double overlap;
 };
 
@@ -39,7 +39,7 @@ static inline double cost_of(uint32_t weight)
 /* The cheapest object split; cost is infinite if all centres coincide. */
 struct split find_object_split(const struct bvh_input *input, const struct range *range);
 
-/* The cheapest spatial split, or *split if none is cheaper. */
+/* The cheapest spatial split along the axis of an object split, or *split if none is cheaper. */
 struct split find_spatial_split(const struct bvh_input *input, const struct range *range,
                                 const struct split *split);
 

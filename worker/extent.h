@@ -68,6 +68,15 @@ static inline bool extent_is_proper(const struct extent *extent)
            extent->min[2] <= extent->max[2];
 }
 
+static inline unsigned longest_axis(const struct extent *extent)
+{
+    unsigned longest = 0;
+    for (unsigned axis = 1; axis < 3; axis++)
+        if (extent->max[axis] - extent->min[axis] > extent->max[longest] - extent->min[longest])
+            longest = axis;
+    return longest;
+}
+
 /* Half the surface; 0 for an empty extent. In double, whose range holds the squares of floats. */
 static inline double extent_half_area(const struct extent *extent)
 {
