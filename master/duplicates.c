@@ -107,6 +107,17 @@ static struct table table_for(uint64_t count)
     return (struct table){allocate_prefaulted(slots, sizeof(struct slot)), slots - 1};
 }
 
+/* Items that are hashed ahead, so that their slots, which are all over the memory, are in the cache when their turn
+ * comes. Twice as many make no difference. */
+#define AHEAD 8
+
+static void expect_place(const struct table *table, const struct kind *kind, uint64_t index)
+{
+    if (index >= kind->all->count) return;
+    uint64_t hash = hash_of(kind, item_at(kind, index));
+    __builtin_prefetch(&table->slots[hash & table->mask], 1);
+}
+
 /* Enters an item as number `index`, unless one that was entered before coincides with it. Returns the number of the
  * item that has the place. */
 static uint32_t take_place(const struct table *table, const struct kind *kind,
@@ -153,6 +164,7 @@ uint64_t drop_duplicates(const struct primitives *primitives)
     uint32_t kept = 0;
     for (uint64_t i = 0; i < primitives->count; i++) {
         const unsigned char *item = item_at(&kind, i);
+        expect_place(&table, &kind, i + AHEAD);
         if (is_opaque(&kind, item) && take_place(&table, &kind, item, kept) != kept) continue;
         if (kept < i) memcpy(items + kept * kind.size, item, kind.size);
         kept++;
