@@ -487,6 +487,45 @@ static void test_spatial_splits(void **state)
     assert_true(survey.largest_leaf > 8 && survey.largest_leaf <= 12);
 }
 
+/* 1024 triangles at distances of 1, `width` wide; far: and one as far away as that. */
+static uint64_t entries_of_cells(double width, double height, double far)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 1024; i++) {
+        struct vec3 p = vec3(i % 32, i / 32, 0);
+        add_triangle(builder, p, vec_add(p, vec3(width, 0, height)),
+                     vec_add(p, vec3(0, width, height)), 0);
+    }
+    if (far > 0)
+        add_triangle(builder, vec3(far, far, far), vec3(far + 1, far, far), vec3(far, far + 1, far),
+                     0);
+    return check_tree(finish_scene(builder)).entries;
+}
+
+/* Triangles are cut where the sides of a range overlap in more than 1/128 of its length, here of 33, unless the range
+ * is small compared with the scene. */
+static void test_where_triangles_are_cut(void **state)
+{
+    assert_int_equal(entries_of_cells(1 + 1 / 512.0, 1, 0), 1024);
+    assert_int_equal(entries_of_cells(1.02, 0, 0), 1024);
+    assert_true(entries_of_cells(1.08, 0, 0) > 1024);
+    assert_int_equal(entries_of_cells(4, 1, 2000), 1025);
+}
+
+/* Triangles whose boxes have one centre, in a plane, can be divided by a spatial split alone. */
+static void test_concentric_triangles(void **state)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 1000; i++) {
+        double w = 1 + i % 10 / 16.0, y = i % 2 ? 4 * w : -4 * w;
+        add_triangle(builder, vec3(0, -4 * w, -w), vec3(0, 4 * w, w), vec3(0, y, i % 2 ? -w : w),
+                     0);
+    }
+    assert_true(check_tree(finish_scene(builder)).entries > 1000);
+}
+
 /* A scene so large that several threads build every part of the tree: the bins of the first ranges, in which long
  * triangles are split, subtrees, and leaves. */
 static void test_large_scene(void **state)
@@ -813,6 +852,8 @@ int main(void)
         cmocka_unit_test(test_more_clusters_than_trees),
         cmocka_unit_test(test_extreme_coordinates),
         cmocka_unit_test(test_spatial_splits),
+        cmocka_unit_test(test_where_triangles_are_cut),
+        cmocka_unit_test(test_concentric_triangles),
         cmocka_unit_test(test_large_scene),
         cmocka_unit_test(test_slivers_are_cut),
         cmocka_unit_test(test_many_slivers),

@@ -128,7 +128,7 @@ static int choose_child(const struct child children[BVH_WIDTH], unsigned count, 
 static unsigned find_children(const struct build *build, const struct range *range, unsigned depth,
                               struct child children[BVH_WIDTH])
 {
-    bool halving = depth + 1 + halving_depth(range->count) > BVH_MAX_DEPTH;
+    bool halving = depth + 1 + halving_depth(range->count + range->room) > BVH_MAX_DEPTH;
     unsigned count = 1;
     children[0] = new_child(build, range);
     while (count < BVH_WIDTH) {

@@ -176,8 +176,7 @@ static void bin_by_center(const struct bvh_input *input, struct binning *binning
 struct split find_object_split(const struct bvh_input *input, const struct range *range)
 {
     struct binning binning;
-    struct split best = {
-        .axis = longest_axis(&range->extent), .cost = INFINITE, .overlap = INFINITE};
+    struct split best = {.cost = INFINITE, .overlap = INFINITE};
     place_bins(&binning, range->count, range->centers.min, range->centers.max);
     bin_range(input, &binning, range, bin_by_center, CHUNK_ITEMS);
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -191,6 +190,7 @@ struct split find_object_split(const struct bvh_input *input, const struct range
                               .cost = border.cost,
                               .overlap = border.overlap};
     }
+    if (isinf(best.cost)) best.axis = longest_axis(&range->extent);
     return best;
 }
 
