@@ -14,7 +14,7 @@
  * A spatial split, which takes longer to find, is tried where the two sides of the best object split overlap in more
  * than OVERLAP of the range's length, as this is what it may take off them, and where the range has more than
  * RANGE_OF_ROOT of the root's area, so that it matters to rays. The area of the overlap, which Stich et al. compare, is
- * large even where two sides only touch, as in every mesh over a grid. With an OVERLAP of 1/64 the tree of a scanned
+ * large even where two sides only touch, as in every mesh over a grid. With an OVERLAP of 1/64 the tree of a sculpted
  * figure costs rays 0.9 % more by the heuristic, with a RANGE_OF_ROOT of 3e-3 that of the lantern 0.4 %.
  */
 #define OVERLAP       (1.0 / 128)
