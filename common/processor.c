@@ -56,9 +56,22 @@ static bool has_avx512(void)
 
 #endif
 
+#ifdef KERNEL_AVX512
+#define AVX512_BUILT true
+#else
+#define AVX512_BUILT false
+#endif
+
 bool processor_has(enum processor_level level)
 {
-    return level == PROCESSOR_AVX512 ? has_avx512() : level == PROCESSOR_AVX2 ? has_avx2() : true;
+    if (level == PROCESSOR_AVX512) return AVX512_BUILT && has_avx512();
+    return level == PROCESSOR_AVX2 ? has_avx2() : true;
+}
+
+const char *processor_lacks(enum processor_level level)
+{
+    return level == PROCESSOR_AVX512 && has_avx512() ? "not in this build"
+                                                     : "not for this processor";
 }
 
 char *processor_choices(bool (*has)(enum processor_level level))
@@ -73,6 +86,6 @@ char *processor_choices(bool (*has)(enum processor_level level))
 enum processor_level processor_resolve(enum processor_level level)
 {
     if (level != PROCESSOR_AUTO) return level;
-    if (has_avx512()) return PROCESSOR_AVX512;
+    if (processor_has(PROCESSOR_AVX512)) return PROCESSOR_AVX512;
     return has_avx2() ? PROCESSOR_AVX2 : PROCESSOR_PORTABLE;
 }

@@ -150,8 +150,8 @@ static bool kernel_good(const struct loader *loader)
     enum processor_level level = loader->settings->farm.kernel;
     if (processor_has(level)) return true;
     char *choices = processor_choices(processor_has);
-    refuse_setting(loader, "farm", "kernel", "kernel = %s is not for this processor, expected %s",
-                   processor_level_names[level], choices);
+    refuse_setting(loader, "farm", "kernel", "kernel = %s is %s, expected %s",
+                   processor_level_names[level], processor_lacks(level), choices);
     free(choices);
     return false;
 }

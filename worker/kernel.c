@@ -1,12 +1,14 @@
 #include "worker/kernel.h"
 
-/* One for each level of the Makefile. */
+/* One for each of the Makefile's levels. */
 extern const struct kernel kernel_portable, kernel_avx2, kernel_avx512;
 
 const struct kernel *kernel_at(enum processor_level level)
 {
-#ifdef __x86_64__
+#ifdef KERNEL_AVX512
     if (level == PROCESSOR_AVX512) return &kernel_avx512;
+#endif
+#ifdef __x86_64__
     if (level == PROCESSOR_AVX2) return &kernel_avx2;
 #else
     (void)level;

@@ -197,7 +197,7 @@ static void distribute(const struct welcome *welcome, struct scene *block,
     find_trays(&room, &node.place, shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
-        fatal("farm.kernel = %s is not for this processor", processor_level_names[level]);
+        fatal("farm.kernel = %s is %s", processor_level_names[level], processor_lacks(level));
 }
 
 int share_scene(const struct welcome *welcome, struct scene *block, struct node_scene *shared)
