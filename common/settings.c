@@ -97,6 +97,14 @@ const struct key settings_keys[] = {
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,
                "settings.h tells the number of keys");
 
+bool settings_in_effect(const struct settings *settings, const struct key *key)
+{
+    const void *value = (const char *)settings + key->offset;
+    if (key->type == VALUE_COLORS) return false;
+    if (value == &settings->sampling.samples) return !settings_adaptive(settings);
+    return key->type != VALUE_REGION || settings->image.region[2] > 0;
+}
+
 void settings_init(struct settings *settings)
 {
     memset(settings, 0, sizeof *settings);

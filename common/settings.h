@@ -65,6 +65,12 @@ static inline bool settings_adaptive(const struct settings *settings)
     return settings->sampling.target_error > 0 || settings->sampling.time_limit > 0;
 }
 
+/*
+ * Whether a key has a say in this run, and is not another name of what other keys hold: color stands for bottom and top,
+ * samples is not used by adaptive sampling, and there may be no region.
+ */
+bool settings_in_effect(const struct settings *settings, const struct key *key);
+
 /* Sets every key to its fallback. Strings are owned: settings_free() frees them. */
 void settings_init(struct settings *settings);
 void settings_free(struct settings *settings);

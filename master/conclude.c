@@ -38,6 +38,7 @@ static void fill_report(struct run *run, const struct served *served)
 {
     struct report *report = &run->report;
     const struct settings *settings = &run->job.settings;
+    report->settings = settings;
     report->version = FARM_VERSION;
     report->config = run->options.config;
     report->image_file = settings->output.image;
@@ -236,6 +237,7 @@ int run_conclude(struct run *run, const struct served *served)
     report_table(stdout, &run->report, terminal_columns(stdout));
     tell_outputs(run, written);
     int told = close_output(), samples = tell_bad_samples(run);
+    if (told != STATUS_DONE) user_note("the picture is in %s", run->job.settings.output.image);
     note_emptiness(run);
     if (!written.timeline) return STATUS_FAILED; /* the same command would not write it either */
     if (!written.report) return failed;

@@ -98,13 +98,26 @@ static bool half_height_good(double fov)
     return fov < 180 && isnormal(view_half_height(fov));
 }
 
+/* Of the camera's keys that contradict each other the one to name: an argument rather than a line of CONFIG, which was
+ * right before it. NULL ends the list. */
+static const char *culprit(const struct loader *loader, const char *const *keys)
+{
+    const char *set = keys[0];
+    for (size_t i = 0; keys[i]; i++) {
+        const struct origin *origin = setting_origin(loader, "camera", keys[i]);
+        if (origin->file && origin->line == 0) return keys[i];
+        if (!setting_is_set(loader, "camera", set)) set = keys[i];
+    }
+    return set;
+}
+
 /* Only if the user has set eye can the two be the same point. The text names look_at's default where it is in
  * effect. */
 static bool refuse_same_point(const struct loader *loader)
 {
     bool both = setting_is_set(loader, "camera", "look_at");
     return refuse_setting(
-        loader, "camera", "eye",
+        loader, "camera", culprit(loader, (const char *[]){"eye", "look_at", NULL}),
         both ? "eye and look_at are the same point, expected two different ones"
              : "eye and look_at, the middle of the scene unless it is set, are the same point, "
                "expected two different ones");
@@ -114,7 +127,7 @@ static bool refuse_up(const struct loader *loader)
 {
     bool is_set = setting_is_set(loader, "camera", "up");
     return refuse_setting(
-        loader, "camera", is_set ? "up" : "eye",
+        loader, "camera", culprit(loader, (const char *[]){"up", "eye", "look_at", NULL}),
         is_set ? "up lies along the direction of view, expected another direction"
                : "up, 0 1 0 unless it is set, lies along the direction of view, expected another "
                  "direction, such as up = 0 0 -1");

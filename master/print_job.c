@@ -28,15 +28,6 @@ static void print_entry(struct printing *to, const char *key, const char *value)
     fprintf(to->out, "%s = %s\n", key, value);
 }
 
-static bool is_printed(const struct settings *settings, const struct key *key)
-{
-    if (key->type == VALUE_COLORS) return false; /* bottom and top hold the same values */
-    if (settings_adaptive(settings) &&
-        (const char *)settings + key->offset == (const char *)&settings->sampling.samples)
-        return false; /* it is not used */
-    return key->type != VALUE_REGION || settings->image.region[2];
-}
-
 static void print_setting(struct printing *to, const struct settings *settings,
                           const struct key *key)
 {
@@ -69,7 +60,7 @@ static void print_settings(struct printing *to, const struct job *job)
             fprintf(to->out, "%s[%s]\n", i ? "\n" : "", key->section);
         if (is_derived(job, key))
             fprintf(to->out, "; %s is not set: %s\n", key->name, key->help);
-        else if (is_printed(settings, key))
+        else if (settings_in_effect(settings, key))
             print_setting(to, settings, key);
     }
 }

@@ -47,9 +47,10 @@ enum sampling_end {
 };
 
 struct report {
-    const char *version;    /* of the program */
-    const char *config;     /* path as the user gave it */
-    const char *image_file; /* path */
+    const struct settings *settings; /* that are in effect */
+    const char *version;             /* of the program */
+    const char *config;              /* path as the user gave it */
+    const char *image_file;          /* path */
     uint32_t image_width, image_height;
     int processes;
     uint32_t cores;              /* that the renderers may use, on all machines together */

@@ -1,5 +1,7 @@
 /* Writes the report of a run as JSON (report_json() of report.h); master/README.md describes its keys. */
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "common/scene.h"
 #include "master/json.h"
@@ -52,6 +54,35 @@ static void put_scene(struct json *json, const struct report *report)
     json_number(json, "bytes_per_triangle", bytes / (double)report->triangles);
     put_features(json, "used", report->features);
     put_features(json, "left_out", ~report->features);
+    json_close(json, '}');
+}
+
+/* Numbers are numbers, all else is the text of an INI file. */
+static void put_setting(struct json *json, const struct key *key, const struct settings *settings)
+{
+    const void *value = (const char *)settings + key->offset;
+    if (key->type == VALUE_UNSIGNED) {
+        json_count(json, key->name, *(const uint32_t *)value);
+    } else if (key->type == VALUE_NUMBER) {
+        json_number(json, key->name, *(const double *)value);
+    } else {
+        char *text = key_format(key, settings);
+        json_string(json, key->name, text);
+        free(text);
+    }
+}
+
+static void put_settings(struct json *json, const struct settings *settings)
+{
+    json_open(json, "settings", '{');
+    for (size_t i = 0; i < SETTINGS_KEYS;) {
+        const char *section = settings_keys[i].section;
+        json_open_inline(json, section, '{');
+        for (; i < SETTINGS_KEYS && strcmp(settings_keys[i].section, section) == 0; i++)
+            if (settings_in_effect(settings, &settings_keys[i]))
+                put_setting(json, &settings_keys[i], settings);
+        json_close(json, '}');
+    }
     json_close(json, '}');
 }
 
@@ -335,6 +366,7 @@ char *report_json(const struct report *report)
     put_balance(&json, report);
     put_heat(&json, &report->heat);
     put_quality(&json, report);
+    put_settings(&json, report->settings);
     json_close(&json, '}');
     return json_end(&json);
 }

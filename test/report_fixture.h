@@ -13,6 +13,17 @@
 #include "test/text.h"
 #include "test/unit.h"
 
+/* The settings of that run, which was adaptive. */
+static const struct settings sample_settings = {.image = {1920, 1080, {0}},
+                                                .camera = {.up = {0, 1, 0}, .fov = 45},
+                                                .sampling = {.samples = 7,
+                                                             .min_samples = 4,
+                                                             .max_samples = 64,
+                                                             .target_error = 0.0001,
+                                                             .reference = ""},
+                                                .farm = {.schedule = SCHEDULE_DYNAMIC},
+                                                .output = {.image = "lantern.png"}};
+
 /* A run on count renderers in which rank i was busy for 3 + i / 100 of 4 seconds. */
 static inline struct report sample_report(struct renderer_stats *renderers, int count)
 {
@@ -37,6 +48,7 @@ static inline struct report sample_report(struct renderer_stats *renderers, int 
         };
     }
     struct report report = {
+        .settings = &sample_settings,
         .version = "1.2.3",
         .config = "lantern.ini",
         .image_file = "lantern.png",

@@ -22,7 +22,7 @@ level() { # LEVEL: renders with it if this processor has it
     for formulas in exact paper; do
         run 0 farm_n 0 "$DATA/everything.ini" image.width=96 image.height=72 farm.kernel="$1" \
             render.formulas=$formulas output.image="$1-$formulas.pfm" output.report=kernel.json &&
-            grep -q "\"kernel\": \"$1\"" kernel.json &&
+            grep -q "^    \"kernel\": \"$1\"" kernel.json &&
             cmp "portable-$formulas.pfm" "$1-$formulas.pfm" || return 1
     done
 }

@@ -125,6 +125,11 @@ static void test_bad_overrides(void **state)
                              "position color"},
         {"camera.eye=0 0 0", "camera.eye=0 0 0: eye and look_at are the same point, expected two "
                              "different ones"},
+        {"camera.look_at=0 0 9", "camera.look_at=0 0 9: eye and look_at are the same point, "
+                                 "expected two different ones"},
+        {"camera.look_at=0 5 9",
+         "camera.look_at=0 5 9: up, 0 1 0 unless it is set, lies along the "
+         "direction of view, expected another direction, such as up = 0 0 -1"},
         {"output.image=x.jpg", "output.image=x.jpg: image has an unknown extension, expected .png, "
                                ".hdr or .pfm"},
     };

@@ -58,7 +58,7 @@ static void test_json(void **state)
     assert_has(text, "\"quantisation\": {\n    \"rmse\": 0,\n    \"max\": 0,\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
-    assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  }\n}\n");
+    assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  },\n");
     free(text);
     report.triangles = 0;
     assert_json_has(&report, "\"bytes_per_triangle\": null,\n");
@@ -217,9 +217,9 @@ static void test_resumed(void **state)
     assert_json_has(&report,
                     "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
     assert_json_has(&report, "\"truncation\": 2,\n");
-    assert_json_has(
-        &report, "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
-                 "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");
+    assert_json_has(&report,
+                    "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
+                    "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  },\n");
     char *text = report_bad_samples(&report);
     assert_has(text, "2 samples are not finite, or too bright for floats; the first is sample 0 of "
                      "pixel 3 1, an earlier run");
@@ -240,6 +240,30 @@ static void test_json_features(void **state)
         assert_int_equal(place < left_out, report.features >> i & 1);
         free(name);
     }
+    free(text);
+}
+
+/* Numbers are numbers, all else is what a user would write; nothing that has no say is there. */
+static void test_json_settings(void **state)
+{
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    char *text = report_json(&report);
+    assert_has(text, "\"settings\": {\n    \"image\": {\"width\": 1920, \"height\": 1080},\n");
+    assert_has(text, "\"up\": \"0 1 0\", \"fov\": 45},\n");
+    assert_has(text, "\"sampling\": {\"min_samples\": 4, \"max_samples\": 64, "
+                     "\"target_error\": 0.0001, \"time_limit\": 0, \"reference\": \"\"},\n");
+    assert_has(text, "\"farm\": {\"schedule\": \"dynamic\", \"tile\": \"auto\", "
+                     "\"master_renders\": \"no\",");
+    assert_has(text, "\"output\": {\"image\": \"lantern.png\",");
+    free(text);
+    struct settings settings = sample_settings;
+    settings.sampling.target_error = 0;
+    settings.image.region[2] = settings.image.region[3] = 5;
+    report.settings = &settings;
+    text = report_json(&report);
+    assert_has(text, "\"region\": \"0 0 5 5\"}");
+    assert_has(text, "\"sampling\": {\"samples\": 7, ");
     free(text);
 }
 
@@ -270,7 +294,7 @@ static void test_json_without_extras(void **state)
     char *text = report_json(&report);
     assert_has(text, "\"reference\": null");
     assert_has(text, "\"forecast\": null");
-    assert_null(strstr(text, "\"heatmap\""));
+    assert_null(strstr(text, "\"heatmap\": {"));
     free(text);
     report.forecast =
         (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 0, 0, 0};
@@ -290,6 +314,7 @@ int main(void)
         cmocka_unit_test(test_twice),
         cmocka_unit_test(test_resumed),
         cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_settings),
         cmocka_unit_test(test_json_without_numbers),
         cmocka_unit_test(test_json_without_extras),
     };
