@@ -66,8 +66,8 @@ static inline bool settings_adaptive(const struct settings *settings)
 }
 
 /*
- * Whether a key has a say in this run, and is not another name of what other keys hold: color stands for bottom and top,
- * samples is not used by adaptive sampling, and there may be no region.
+ * Whether a key has a say in this run, and is not another name of what other keys hold: color stands for bottom and
+ * top, samples is not used by adaptive sampling, and there may be no region.
  */
 bool settings_in_effect(const struct settings *settings, const struct key *key);
 
