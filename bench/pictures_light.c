@@ -10,6 +10,7 @@
 #include "common/clock.h"
 #include "worker/color_sum.h"
 #include "worker/optics.h"
+#include "worker/shade.h"
 
 /* Bits of the oracle where no exact sign is asked for. */
 #define BITS 320
@@ -280,7 +281,8 @@ static void pass_equal(struct block *block, const void *context)
         struct vec3 view, normal, direction;
         double ior = random_between(&block->random, 0.2, 5);
         meeting(&block->random, random_log(&block->random, 1e-12, 1), &view, &normal);
-        bool passed = snell(view, normal, ior, ior, &direction);
+        struct shading_point at = {.view = view, .geometric = normal, .normal = normal};
+        bool passed = refract(&at, ior, ior, &direction);
         if (!passed || !same_bits(direction, view))
             score_wrong(&block->tally->ours, block->first + i);
         passed = naive_snell(view, normal, ior / ior, &direction);

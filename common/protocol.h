@@ -308,17 +308,6 @@ static inline bool result_is_full(size_t whole, size_t done, size_t next)
     (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile) + 8) +           \
      TILE_MAX_PIXELS * sizeof(struct refinement))
 
-/*
- * The interface by which the master renders tiles itself without depending on a renderer: render() is
- * work_on_tile() of worker/work.h.
- */
-struct cpu_time;
-struct tile_renderer {
-    void *state;
-    bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
-                   struct cpu_time *time, float *floats, struct result_header *header);
-};
-
 /* Whether a precedes b in picture order: row by row from the top, then by the samples' numbers in a pixel. */
 bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
 

@@ -166,21 +166,15 @@ static const char *table_error(const struct scene *scene)
     return NULL;
 }
 
-/* Whether all edges are finite; the vertex indices must be valid. */
-static bool triangle_edges_finite(const struct scene *scene, const uint32_t corners[3])
-{
-    const struct vec3 *vertices = scene_vertices(scene);
-    return edges_finite(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]);
-}
-
 static const char *polygon_error(const struct scene *scene)
 {
+    const struct vec3 *vertices = scene_vertices(scene);
     const struct triangle *triangles = scene_triangles(scene);
     for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_TRIANGLE].count; i++) {
         CHECK(indices_valid(triangles[i].vertex, scene->vertices.count) &&
                   triangles[i].material < scene->materials.count,
               "an index of a triangle is out of range");
-        CHECK(triangle_edges_finite(scene, triangles[i].vertex),
+        CHECK(edges_finite(vertices, triangles[i].vertex),
               "corners of a triangle are too far apart");
     }
     const struct patch *patches = scene_patches(scene);
@@ -189,8 +183,7 @@ static const char *polygon_error(const struct scene *scene)
                   indices_valid(patches[i].normal, scene->normals.count) &&
                   patches[i].material < scene->materials.count,
               "an index of a patch is out of range");
-        CHECK(triangle_edges_finite(scene, patches[i].vertex),
-              "corners of a patch are too far apart");
+        CHECK(edges_finite(vertices, patches[i].vertex), "corners of a patch are too far apart");
     }
     return NULL;
 }

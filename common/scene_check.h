@@ -44,8 +44,9 @@ static inline bool box_has_volume(const struct box *box)
 }
 
 /* All computations with a triangle begin with these differences. */
-static inline bool edges_finite(struct vec3 a, struct vec3 b, struct vec3 c)
+static inline bool edges_finite(const struct vec3 *vertices, const uint32_t corners[3])
 {
+    struct vec3 a = vertices[corners[0]], b = vertices[corners[1]], c = vertices[corners[2]];
     return vec_is_finite(vec_sub(b, a)) && vec_is_finite(vec_sub(c, a)) &&
            vec_is_finite(vec_sub(c, b));
 }

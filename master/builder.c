@@ -196,17 +196,11 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
 
 #define FAR_CORNERS "two corners are too far apart, expected finite distances"
 
-static bool triangle_edges_finite(const struct builder *builder, const uint32_t corners[3])
-{
-    return edges_finite(builder_vertex(builder, corners[0]), builder_vertex(builder, corners[1]),
-                        builder_vertex(builder, corners[2]));
-}
-
 const char *builder_add_triangle(struct builder *builder, const struct triangle *triangle)
 {
     assert(indices_valid(triangle->vertex, builder->vertices.count));
     assert(triangle->material < builder->materials.count);
-    if (!triangle_edges_finite(builder, triangle->vertex)) return FAR_CORNERS;
+    if (!edges_finite(builder->vertices.items, triangle->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
 }
 
@@ -215,7 +209,7 @@ const char *builder_add_patch(struct builder *builder, const struct patch *patch
     assert(indices_valid(patch->vertex, builder->vertices.count));
     assert(indices_valid(patch->normal, builder->normals.count));
     assert(patch->material < builder->materials.count);
-    if (!triangle_edges_finite(builder, patch->vertex)) return FAR_CORNERS;
+    if (!edges_finite(builder->vertices.items, patch->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_PATCH, patch);
 }
 

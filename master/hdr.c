@@ -46,7 +46,7 @@ static void hdr_round(const float *rgb, float rounded[3])
     (void)frexpf(largest, &exponent);
     if (ldexpf(largest, 8 - exponent) >= 255.5f) exponent++;
     for (int c = 0; c < 3; c++)
-        rounded[c] = ldexpf(floorf(ldexpf(rounded[c], 8 - exponent) + 0.5f), exponent - 8);
+        rounded[c] = ldexpf(roundf(ldexpf(rounded[c], 8 - exponent)), exponent - 8);
 }
 
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)

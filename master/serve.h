@@ -2,7 +2,6 @@
 #ifndef FARM_MASTER_SERVE_H
 #define FARM_MASTER_SERVE_H
 
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 
@@ -16,11 +15,22 @@
 #include "master/watch.h"
 
 struct bell;
+struct cpu_time;
 struct tray;
 struct arrivals;
 
 /* Number of image files: the picture, its heat map, and the map of ranks. */
 #define SERVICE_IMAGES 3
+
+/*
+ * By which rank 0 renders tiles itself: the master does not know the renderer that stands behind it. render() fills
+ * floats and header like a RESULT message, as work_on_tile() of worker/work.h does.
+ */
+struct tile_renderer {
+    void *state;
+    bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
+                   struct cpu_time *time, float *floats, struct result_header *header);
+};
 
 struct service {
     struct queue *queue;
@@ -43,7 +53,7 @@ struct service {
     /* The renderer in a second thread of this process; NULL: rank 0 only serves. With it, renderer i of the
      * queue is rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
-    const volatile sig_atomic_t *stop; /* not 0: a signal has asked the run to stop */
+    const atomic_int *stop; /* not 0: a signal has asked the run to stop */
     /* Wakes the master. Rung by `own`, and by renderers on this machine that have sent something that is not to
      * wait. */
     struct bell *bell;

@@ -1,5 +1,6 @@
 #include "master/stop.h"
 
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -19,9 +20,9 @@
  * process and then the process's group. Nobody presses a key twice in that time. */
 #define SAME_SIGNAL 100
 
-static volatile sig_atomic_t noted;
+static atomic_int noted;
 static atomic_llong noted_at; /* milliseconds() at the first signal; 0: there was none */
-static volatile sig_atomic_t is_served;
+static atomic_bool is_served;
 static volatile sig_atomic_t final_status;
 static const char *_Atomic useless; /* a file to remove; NULL: none */
 static int launcher = -1;           /* file descriptor of the pipe to Hydra; -1: there is none */
@@ -123,7 +124,7 @@ void stop_removes(const char *path)
     useless = path;
 }
 
-const volatile sig_atomic_t *stop_signal(void)
+const atomic_int *stop_signal(void)
 {
     return &noted;
 }

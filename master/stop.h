@@ -2,7 +2,7 @@
 #ifndef FARM_MASTER_STOP_H
 #define FARM_MASTER_STOP_H
 
-#include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 
 /* The exit status. STATUS_RESUMABLE: stopped before the end; the same command continues the run (EX_TEMPFAIL of
@@ -31,7 +31,7 @@ void stop_ignore_file_limit(void);
 
 /* From now on the caller looks at *stop_signal(), which is the number of the signal that was noted, or 0. */
 void stop_defer(void);
-const volatile sig_atomic_t *stop_signal(void);
+const atomic_int *stop_signal(void);
 
 /* What one of the signals that end a run is called in messages: by its key, too, where it has one. */
 const char *signal_name(int number);

@@ -10,6 +10,7 @@
 #include "test/unit.h"
 #include "worker/exact.h"
 #include "worker/optics.h"
+#include "worker/shade.h"
 
 #define BITS 600
 #define NEAR MPFR_RNDN
@@ -395,7 +396,8 @@ static void test_equal_media_keep_the_bits(void **state)
     for (int n = 0; n < 100; n++) {
         struct vec3 view, normal, out;
         random_meeting(uniform(0, 1), &view, &normal);
-        assert_true(snell(view, normal, 1.7, 1.7, &out));
+        struct shading_point at = {.view = view, .geometric = normal, .normal = normal};
+        assert_true(refract(&at, 1.7, 1.7, &out));
         assert_true(out.x == view.x && out.y == view.y && out.z == view.z);
     }
 }

@@ -156,16 +156,17 @@ static void init_trays(struct segment_head *head, const struct room *room)
     if (room->trays > 0) arrivals_init(find_arrivals(head), (uint32_t)room->ranks);
 }
 
-/* Called by the first ranks of all nodes: copies the block on rank 0 and broadcasts it to the segments of the
- * others. */
+/* Called by the first ranks of all nodes: copies the block on rank 0, which has validated it, and broadcasts it to the
+ * segments of the others. */
 static void send_scene(MPI_Comm leaders, const struct welcome *welcome, struct scene *block,
                        char *scene)
 {
     const char *why;
-    if (block) memcpy(scene, block, welcome->scene_bytes);
+    bool is_own = block != NULL;
+    if (is_own) memcpy(scene, block, welcome->scene_bytes);
     free(block);
     if (leaders != MPI_COMM_NULL) broadcast(leaders, scene, welcome->scene_bytes);
-    if (!scene_valid(scene, welcome->scene_bytes, &why))
+    if (!is_own && !scene_valid(scene, welcome->scene_bytes, &why))
         fatal("the scene arrived damaged: %s", why);
     if (welcome->bvh_bytes < bvh_bytes_bound((const void *)scene))
         fatal("rank 0 has left too little room for the BVH");

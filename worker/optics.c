@@ -100,10 +100,6 @@ double naive_snell_k(double eta, double cos_i)
 FLATTENED bool snell(struct vec3 view, struct vec3 normal, double from, double to,
                      struct vec3 *direction)
 {
-    if (from == to) {
-        *direction = view;
-        return true;
-    }
     double e, d;
     struct transition at = transition_of(from, to, cosine_in(view, normal, &e, &d));
     if (at.k.high < 0 || at.n2 < N2_MIN) return false;

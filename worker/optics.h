@@ -34,7 +34,8 @@ double naive_phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_lig
 /*
  * k = 1 - eta^2 (1 - cos_i^2), the squared cosine of the refracted angle, with eta = from / to, the indices
  * of refraction. There is total reflection exactly if k < 0: the sign is that of the true value, and the
- * relative error is at most 3 u. -infinity if eta is beyond 2^500.
+ * relative error is at most 3 u. -infinity if eta is beyond 2^500. snell() decides by the same computation; only tests
+ * ask for the value.
  */
 double snell_k(double from, double to, double cos_i);
 
@@ -43,7 +44,7 @@ double naive_snell_k(double eta, double cos_i);
 
 /*
  * The refracted direction, each component correct to a little more than half an ulp; false: total reflection.
- * If the indices are equal, the direction is unchanged.
+ * The indices differ (refract() of worker/shade.h takes care of equal ones).
  */
 bool snell(struct vec3 view, struct vec3 normal, double from, double to, struct vec3 *direction);
 

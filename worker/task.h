@@ -70,7 +70,7 @@ static inline bool cursor_advance(struct task_cursor *cursor, const struct task 
     if (++cursor->sample < cursor->end) return false;
     cursor->pixel++;
     cursor->sample = cursor->begin;
-    if (task->refinements && !task->survey) cursor_settle(cursor, task, view);
+    if (task->refinements) cursor_settle(cursor, task, view);
     return true;
 }
 
