@@ -142,12 +142,27 @@ static double stands_out(const struct canvas *canvas, size_t pixel, const double
  * first ones were lucky to hit it. contrast: C^2. Returns the expected squared error of the missed ones, q / (1 - q)
  * C^2.
  */
-static double missed_for(const struct later *later, double contrast)
+static double missed_for(const struct later *later, double contrast, double least_share)
 {
     double all = contrast + later->variance;
     if (!(all > 0 && all < HUGE_VAL)) return 0;
-    double miss = later->first * log1p(-contrast / all); /* ln q */
+    double share = fmin(fmax(contrast / all, least_share), 1);
+    double miss = later->first * log1p(-share); /* ln q */
     return miss < 0 ? contrast / expm1(-miss) : 0;
+}
+
+/*
+ * The least share p that the feature can have. A bar in each of many pixels side by side makes their samples vary, but
+ * none of their means differs from those around it: by C and V it would be a speck, tiny and of immense contrast. But k
+ * hits among the first n samples have given these the variance k / n (1 - k / n) c^2, at least (n - 1) / n^2 c^2, which
+ * limits c^2, and V = p (1 - p) c^2. Where the feature stands apart and k was 1, this is p (1 - p).
+ */
+static double least_share(const struct later *later, const struct pixel_statistics *before)
+{
+    double n = later->first;
+    double varied = squared((double)before->spread) + own_error(before->difference);
+    double contrast = varied * n * n / (n - 1);
+    return contrast > 0 ? later->variance / contrast : 0;
 }
 
 /* How much larger missed_for() would be if one more of the m later samples had hit the feature; it may be that none
@@ -217,7 +232,7 @@ static void add_met(const struct statistics *now, size_t pixel,
     struct level_sum *level = &sum->levels[before->level];
     struct later later = later_of(now, pixel, before);
     double contrast = stands_out(now->canvas, pixel, later.mean);
-    double missed = missed_for(&later, contrast);
+    double missed = missed_for(&later, contrast, least_share(&later, before));
     level->expected += missed;
     /* missed^2: the feature itself might not have been hit. missed * contrast: the number of the others, missed /
      * contrast, scatters, too. */

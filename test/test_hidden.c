@@ -339,6 +339,42 @@ static void test_strange_neighbour(void **state)
     field_free(field);
 }
 
+/* Sets a pixel's mean, and the variance of its samples, whose halves agree. */
+static void tell_even(struct field *field, size_t i, uint8_t level, double mean, double variance)
+{
+    for (size_t c = 0; c < 3; c++) {
+        field->canvas.rgb[3 * i + c] = (float)mean;
+        field->difference[3 * i + c] = 0;
+    }
+    field->spread[i] = (float)sqrt(variance);
+    field->level[i] = level;
+}
+
+/*
+ * A bar through each pixel makes its samples vary, in most cases by as much as before, but sets its mean apart
+ * by next to nothing. It is no speck of immense contrast, of which each that was hit stands for many that were missed.
+ */
+static void test_pattern(void **state)
+{
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    const double apart = 1e-4, variance = 0.25;
+    for (size_t i = 0; i < PIXELS; i++) {
+        tell_even(field, i, 1, 0.5, variance);
+        hidden_leave(hidden, i, 0);
+    }
+    for (size_t i = 0; i < PIXELS; i++) {
+        struct pixel_statistics before = statistics_of_pixel(&field->statistics, i);
+        tell_even(field, i, 4, 0.5 + (i % 2 ? apart : 0), variance);
+        hidden_settle(hidden, &field->statistics, i, &before);
+        assert_false(hidden_is_open(hidden, i)); /* it has met the bar */
+    }
+    double expected = sum_of(field, hidden).levels[1].expected;
+    assert_true(expected > 0 && expected < PIXELS * apart * apart);
+    hidden_destroy(hidden);
+    field_free(field);
+}
+
 /* The error that is inferred from an object in the pixel at x, y, when this channel of those beside it whose bit is set
  * (of the block of 3 x 3, row by row) was found to be bright, and, with bit 9, that of all that are farther away. */
 static double inferred_at(uint32_t x, uint32_t y, size_t channel, unsigned which, float bright)
@@ -456,6 +492,7 @@ int main(void)
         cmocka_unit_test(test_never_below_0),
         cmocka_unit_test(test_sums_are_joined),
         cmocka_unit_test(test_strange_neighbour),
+        cmocka_unit_test(test_pattern),
         cmocka_unit_test(test_surroundings),
         cmocka_unit_test(test_strange),
     };
