@@ -8,6 +8,7 @@
 #   make clean       remove what was built, but for bench/out/
 #   make asan        all tests under the address and undefined-behaviour sanitizers
 #   make valgrind    whole runs on one to three processes under valgrind
+#   make tsan        the same under the thread sanitizer
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #                    (make fuzz-deps installs what it needs)
 #   make lint        clang's warnings, clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
@@ -117,7 +118,7 @@ endef
 # level are linked into one, of which only the kernel's table is visible. Tests of single functions are linked with the
 # functions of the portable level, which are plain functions without SIMD.
 KERNEL := $(filter-out $(addprefix worker/,bvh%.c box_lights.c collective.c kernel.c medium.c node.c node_scene.c \
-    radiance_clusters.c receive.c send.c work.c),$(wildcard worker/*.c))
+    radiance_clusters.c receive.c segment.c send.c work.c),$(wildcard worker/*.c))
 ALL_LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
 ALL_LEVELS += avx2 avx512
@@ -157,7 +158,7 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/scenes.
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all run test asan valgrind lint fuzz fuzz-deps bench bench-stability bench-kernel \
+.PHONY: all run test asan valgrind tsan lint fuzz fuzz-deps bench bench-stability bench-kernel \
         bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install uninstall \
         clean format help FORCE
 .SECONDARY:
@@ -391,6 +392,11 @@ asan:
 valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
+
+# Whole runs of threads that the thread sanitizer watches; takes some minutes, most of them to compile.
+tsan:
+	@$(MAKE) BUILD=build/tsan FARM=build/tsan/farm OPTIMISE='-O1 -g' SANITIZE='-fsanitize=thread' all
+	@FARM=build/tsan/farm MPIEXEC="$(MPIEXEC)" sh test/tsan.sh
 
 # clang's warnings are others than gcc's: what is clean here compiles with both.
 # What is looked at, bench/ by cppcheck alone, and how a compiler that is not mpicc finds mpi.h. In lanes the

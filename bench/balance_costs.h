@@ -22,8 +22,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/schedule.h"
 #include "common/tile.h"
+#include "master/schedule.h"
 
 #define COST_LEVELS 7 /* edges 1 << level */
 #define COST_BASE   3 /* the level from which base is derived */

@@ -15,7 +15,7 @@
 #include "bench/balance.h"
 #include "bench/outside.h"
 #include "common/message.h"
-#include "common/number.h"
+#include "master/number.h"
 
 static void put_usage(FILE *out)
 {

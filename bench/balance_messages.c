@@ -24,10 +24,10 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/protocol.h"
-#include "common/segment.h"
 #include "common/tray.h"
 #include "master/canvas.h"
 #include "master/queue.h"
+#include "worker/segment.h"
 
 #define ROUNDS 2001
 

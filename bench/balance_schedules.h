@@ -3,7 +3,7 @@
 #define FARM_BENCH_BALANCE_SCHEDULES_H
 
 #include "bench/balance.h"
-#include "common/schedule.h"
+#include "master/schedule.h"
 
 /* In the order of the tables. */
 extern const enum schedule compared[SCHEDULES];

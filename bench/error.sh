@@ -10,7 +10,7 @@
 #   forecast  what a run predicts half of its error to cost, compared with what it costs: for the predicted number
 #             of samples, and for the error that was reached
 #   coverage  how often intervals contain the error, over pictures with different random numbers, also of specks
-#             that samples hit only by chance
+#             that samples hit only by chance, and of a pattern that is the same in every pixel
 #   fields    how well errors are estimated, and how often intervals hold, for objects that few samples hit: in
 #             synthetic pictures that need no rays
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
@@ -32,7 +32,7 @@ SECTIONS=${*:-$ALL}
 HERE=$(dirname "$0")
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
-COVERED=${ERROR_SCENES:-$SCENES specks dust}
+COVERED=${ERROR_SCENES:-$SCENES specks dust bars}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
@@ -48,7 +48,7 @@ mkdir -p "$WORK/peers" "$KEPT" "$OUT"
 . "$HERE/report.sh"
 for part in rows scenes plots runs; do . "$HERE/error/$part.sh"; done
 renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
-    "$WORK/balls.ini" "$WORK/specks.ini" "$WORK/dust.ini"
+    "$WORK/balls.ini" "$WORK/specks.ini" "$WORK/dust.ini" "$WORK/bars.ini"
 
 for section in $SECTIONS; do
     case " $ALL " in

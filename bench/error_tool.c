@@ -27,7 +27,7 @@
 #include "bench/kernel_scenes.h"
 #include "bench/scenes.h"
 #include "common/message.h"
-#include "common/number.h"
+#include "master/number.h"
 
 static int compare(const char *first, const char *second)
 {

@@ -17,7 +17,7 @@ static int open_next(const char *path, int flags, va_list arguments)
     return next(path, flags, (flags & O_CREAT) ? va_arg(arguments, mode_t) : 0);
 }
 
-/* Whether the path is memory that a rank of the farm shares (common/segment.h). */
+/* Whether the path is memory that a rank of the farm shares (worker/segment.h). */
 static bool is_segment(const char *path)
 {
     char target[64] = "";

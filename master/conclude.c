@@ -14,10 +14,11 @@
 #include "master/terminal.h"
 #include "master/timeline_output.h"
 
-int close_output(void)
+int close_output(const char *picture)
 {
     if (fflush(stdout) == 0 && !ferror(stdout)) return STATUS_DONE;
-    user_error(NULL, 0, "cannot write to standard output: %s", strerror(errno));
+    user_error(NULL, 0, "cannot write to standard output: %s%s%s", strerror(errno),
+               picture ? "; the picture is in " : "", picture ? picture : "");
     return STATUS_FAILED;
 }
 
@@ -236,8 +237,7 @@ int run_conclude(struct run *run, const struct served *served)
     if (!written.picture) return failed;
     report_table(stdout, &run->report, terminal_columns(stdout));
     tell_outputs(run, written);
-    int told = close_output(), samples = tell_bad_samples(run);
-    if (told != STATUS_DONE) user_note("the picture is in %s", run->job.settings.output.image);
+    int told = close_output(run->job.settings.output.image), samples = tell_bad_samples(run);
     note_emptiness(run);
     if (!written.timeline) return STATUS_FAILED; /* the same command would not write it either */
     if (!written.report) return failed;

@@ -3,9 +3,9 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "common/key.h"
 #include "common/message.h"
 #include "common/vec.h"
+#include "master/key.h"
 
 /* Most pairs of a light and a solid that are tested: a tenth of a second, at 5 to 10 ns each. */
 #define PAIRS_MOST UINT64_C(10000000)

@@ -2,8 +2,8 @@
 #ifndef FARM_MASTER_FRAMING_H
 #define FARM_MASTER_FRAMING_H
 
-#include "common/settings.h"
 #include "master/builder.h"
+#include "master/settings.h"
 
 /*
  * Chooses eye and look_at, unless they are set. The eye is in front of the scene, somewhat to the right and

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/key.h"
 #include "common/message.h"
-#include "common/settings.h"
+#include "master/key.h"
 #include "master/scene_sections.h"
+#include "master/settings.h"
 
 /* Columns. Where the output is no terminal, as many as the narrowest terminals in common use have. */
 #define COLUMNS_UNKNOWN 80

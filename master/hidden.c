@@ -87,6 +87,12 @@ static double squared(double a)
     return a * a;
 }
 
+/* The variance of a pixel's samples: within its halves, and between them. */
+static double variance_of(const struct pixel_statistics *pixel)
+{
+    return squared((double)pixel->spread) + own_error(pixel->difference);
+}
+
 /* Separates the later samples from all: statistics_put() combined means, halves and spreads, this solves for the later
  * samples' part. */
 static struct later later_of(const struct statistics *now, size_t pixel,
@@ -152,17 +158,16 @@ static double missed_for(const struct later *later, double contrast, double leas
 }
 
 /*
- * The least share p that the feature can have. A bar in each of many pixels side by side makes their samples vary, but
- * none of their means differs from those around it: by C and V it would be a speck, tiny and of immense contrast. But k
- * hits among the first n samples have given these the variance k / n (1 - k / n) c^2, at least (n - 1) / n^2 c^2, which
- * limits c^2, and V = p (1 - p) c^2. Where the feature stands apart and k was 1, this is p (1 - p).
+ * The least p that is taken for possible. A bar in each of many pixels side by side makes their samples vary, but none
+ * of their means differs from those around it: by C and V alone it would be a speck, tiny and of immense contrast. But
+ * k hits among the first n samples have given these the variance k / n (1 - k / n) c^2, at least (n - 1) / n^2 c^2,
+ * which limits c^2, and V = p (1 - p) c^2. For a speck of which k was 1 the limit is p (1 - p), and half of it leaves
+ * what C and V say, also if the pixels around it have a part of the speck.
  */
 static double least_share(const struct later *later, const struct pixel_statistics *before)
 {
-    double n = later->first;
-    double varied = squared((double)before->spread) + own_error(before->difference);
-    double contrast = varied * n * n / (n - 1);
-    return contrast > 0 ? later->variance / contrast : 0;
+    double n = later->first, most = variance_of(before) * n * n / (n - 1); /* of c^2 */
+    return most > 0 ? later->variance / most / 2 : 0;
 }
 
 /* How much larger missed_for() would be if one more of the m later samples had hit the feature; it may be that none
@@ -201,6 +206,18 @@ static bool tells_enough(const struct statistics *now, size_t pixel,
     return now->levels.samples[now->level[pixel]] >= 2 * first;
 }
 
+/* Sums of equal samples are rounded, which makes a spread of some 1e-8 of the colour. */
+#define ROUNDED 1e-6
+
+/* Whether the samples of a pixel differ. */
+static bool varies(const struct pixel_statistics *pixel)
+{
+    double squares = 0;
+    for (size_t c = 0; c < 3; c++)
+        squares += squared((double)pixel->mean[c]) / 3;
+    return variance_of(pixel) > squared(ROUNDED) * squares;
+}
+
 void hidden_settle(struct hidden *hidden, const struct statistics *now, size_t pixel,
                    const struct pixel_statistics *before)
 {
@@ -215,7 +232,7 @@ void hidden_settle(struct hidden *hidden, const struct statistics *now, size_t p
      * much is taken to be left as the prediction assumes: 1 / n^3/2. With 1 / n, which is left of it where samples are
      * random, from some hundred samples on all edges would seem to have met something. */
     double by_spread = squared((double)before->spread) / now->levels.power[before->level];
-    bool met = fmax(own_error(before->difference), by_spread) > much;
+    bool met = varies(before) && fmax(own_error(before->difference), by_spread) > much;
     hidden->left[before->level]++;
     hidden->state[pixel] = met ? MET : OPEN;
     if (met) {

@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "common/message.h"
-#include "common/number.h"
+#include "master/number.h"
 
 void json_begin(struct json *json)
 {

@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "common/settings.h"
 #include "master/builder.h"
+#include "master/settings.h"
 #include "master/view.h"
 
 struct ini;

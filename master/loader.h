@@ -9,12 +9,12 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-#include "common/settings.h"
 #include "master/builder.h"
 #include "master/ini_source.h"
 #include "master/load.h"
 #include "master/nearest_name.h"
 #include "master/placement.h"
+#include "master/settings.h"
 
 /* Largest OBJ, MTL or NFF file. */
 #define SCENE_MAX_BYTES ((size_t)64 << 30)

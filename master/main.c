@@ -353,7 +353,7 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
         print_help(stdout, terminal_columns(stdout));
     else
         print_version();
-    return close_output();
+    return close_output(NULL);
 }
 
 /* A copy of the arguments, which options_parse() permutes. */

@@ -5,12 +5,12 @@
 #include <unistd.h>
 
 #include "common/message.h"
-#include "common/settings.h"
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/nearest_name.h"
 #include "master/path.h"
 #include "master/scene_sections.h"
+#include "master/settings.h"
 
 static const struct {
     const char *name;

@@ -6,10 +6,10 @@
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
-#include "common/number.h"
 #include "master/enclosed.h"
 #include "master/journal.h"
 #include "master/late_note.h"
+#include "master/number.h"
 #include "master/outline.h"
 #include "master/output_file.h"
 #include "master/run.h"
@@ -187,7 +187,7 @@ static int print_check(const struct run *run, const struct scene_box *box)
     printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
     print_box(box);
-    return close_output();
+    return close_output(NULL);
 }
 
 /* Whether rendering can start within the time limit; otherwise false after user_error(): the limit was over
@@ -222,7 +222,7 @@ static int load(struct run *run)
     if (!text) return STATUS_INPUT;
     fputs(text, stdout);
     free(text);
-    return close_output();
+    return close_output(NULL);
 }
 
 /* The caller frees *block in any case; NULL: there is none. */

@@ -44,9 +44,9 @@
 #include <stdint.h>
 
 #include "common/protocol.h"
-#include "common/schedule.h"
 #include "common/tile.h"
 #include "master/crowd.h"
+#include "master/schedule.h"
 
 struct queue_config {
     enum schedule schedule;

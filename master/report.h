@@ -11,9 +11,9 @@
 #include <stdio.h>
 
 #include "common/protocol.h"
-#include "common/settings.h"
 #include "master/forecast.h"
 #include "master/image_file.h"
+#include "master/settings.h"
 #include "master/timeline.h"
 #include "master/truth.h"
 

@@ -51,8 +51,8 @@ static inline bool wants_report(const struct settings *settings)
 }
 
 /* Flushes standard output. Returns an exit status: STATUS_FAILED after reporting that not all of it could be
- * written. */
-int close_output(void);
+ * written. picture: the file that the message says is there all the same; NULL: none. */
+int close_output(const char *picture);
 
 /* ---- prepare.c ---- */
 

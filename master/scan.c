@@ -4,7 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "common/number.h"
+#include "master/number.h"
 
 struct scan scan_start(const char *text, const char *path, bool joins)
 {

@@ -7,8 +7,8 @@
 
 #include <stddef.h>
 
-#include "common/key.h"
 #include "common/scene.h"
+#include "master/key.h"
 
 enum scene_section {
     SECTION_LIGHT,

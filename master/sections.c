@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "common/settings.h"
 #include "master/nearest_name.h"
 #include "master/scene_sections.h"
+#include "master/settings.h"
 
 char *section_title(const struct ini_section *section)
 {

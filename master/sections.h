@@ -1,9 +1,9 @@
-/* Reading the entries of an INI section by its table of keys (common/key.h). */
+/* Reading the entries of an INI section by its table of keys (master/key.h). */
 #ifndef FARM_MASTER_SECTIONS_H
 #define FARM_MASTER_SECTIONS_H
 
-#include "common/key.h"
 #include "master/ini_source.h"
+#include "master/key.h"
 
 /* "[sphere ball]" or "[image]", as text that the caller frees. */
 char *section_title(const struct ini_section *section);

@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-#include "common/settings.h"
 #include "master/report.h"
+#include "master/settings.h"
 #include "master/timeline.h"
 
 /* Whether the settings name a file that the timeline is written to. */

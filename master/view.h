@@ -3,7 +3,7 @@
 #define FARM_MASTER_VIEW_H
 
 #include "common/scene.h"
-#include "common/settings.h"
+#include "master/settings.h"
 
 /* Half the height of the picture at a distance of 1 from the eye; fov in degrees. */
 double view_half_height(double fov);

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/number.h"
 #include "common/vec.h"
+#include "master/number.h"
 #include "test/random.h"
 #include "test/unit.h"
 

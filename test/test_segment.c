@@ -7,7 +7,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
-#include "common/segment.h"
+#include "worker/segment.h"
 
 #define BYTES ((size_t)100001)
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/settings.h"
+#include "master/settings.h"
 #include "test/unit.h"
 
 static const struct key *key_of(const char *section, const char *name)

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 
 #include "common/message.h"
-#include "common/segment.h"
 #include "worker/collective.h"
+#include "worker/segment.h"
 
 struct entry {
     uint64_t realm;

@@ -5,9 +5,9 @@
 #include <mpi.h>
 #include <stdint.h>
 
-#include "common/segment.h"
+#include "worker/segment.h"
 
-/* What a rank tells about itself, see common/segment.h. */
+/* What a rank tells about itself, see worker/segment.h. */
 struct node_sign {
     /* Ranks with the same value are on the same node; 0: this rank is alone on its node. */
     uint64_t realm;

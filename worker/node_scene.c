@@ -13,11 +13,11 @@
 #include "common/message.h"
 #include "common/orphan.h"
 #include "common/processor.h"
-#include "common/segment.h"
 #include "common/tray.h"
 #include "common/whole.h"
 #include "worker/collective.h"
 #include "worker/node.h"
+#include "worker/segment.h"
 
 /*
  * One segment per node; for a rank alone on its node, ordinary memory. It holds the head, the scene block,

@@ -1,8 +1,7 @@
 # The scenes that sections can be asked for.
 
-# specks COUNT THICKNESS: a scene of COUNT objects at random places, half of them balls and half needles, which adaptive
-# sampling hits only by chance. With THICKNESS 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
-specks() {
+# The camera and the material of what adaptive sampling is to find. At 200 x 150 a pixel is PIXEL wide at z = 0.
+facing() {
     cat <<'END'
 [camera]
 eye = 0 0 6
@@ -15,6 +14,13 @@ color = 1 0.3 0.5
 ambient = 1
 diffuse = 0
 END
+}
+PIXEL=0.0214359 # 2 x 6 tan(15 degrees) / 150
+
+# specks COUNT THICKNESS: a scene of COUNT objects at random places, half of them balls and half needles, which adaptive
+# sampling hits only by chance. With THICKNESS 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
+specks() {
+    facing
     awk -v count="$1" -v thick="$2" 'function part(x) { return x - int(x) }
         BEGIN { for (i = 1; i <= count; i++) {
             x = 4.2 * (part(i * 0.7548776662466927) - 0.5); y = 3.15 * (part(i * 0.5698402909980532) - 0.5)
@@ -25,6 +31,15 @@ END
         } }'
 }
 
+# Bars half a pixel wide at 200 x 150, one in each column of pixels, and a ball: a pattern that every pixel has.
+bars() {
+    facing
+    awk -v pixel=$PIXEL 'BEGIN { for (i = -120; i < 120; i++)
+        printf "[box %d]\nmin = %.9f -2 -0.01\nmax = %.9f 2 0\nmaterial = bright\n", i, i * pixel, (i + 0.5) * pixel }'
+    printf '[material dark]\ncolor = 0.2 0.3 0.6\nambient = 1\ndiffuse = 0\n'
+    printf '[sphere]\ncenter = 0.7 0.4 0.5\nradius = 0.5\nmaterial = dark\n'
+}
+
 config_of() {
     for ending in ini nff obj; do
         [ -n "$FOLDER" ] && [ -e "$FOLDER/$1.$ending" ] && echo "$FOLDER/$1.$ending" && return
@@ -33,6 +48,7 @@ config_of() {
     lantern | garden) echo "config/$1.ini" ;;
     specks) [ -e "$WORK/specks.ini" ] || specks 1200 1 >"$WORK/specks.ini"; echo "$WORK/specks.ini" ;;
     dust) [ -e "$WORK/dust.ini" ] || specks 300 0.5 >"$WORK/dust.ini"; echo "$WORK/dust.ini" ;; # few are met
+    bars) [ -e "$WORK/bars.ini" ] || bars >"$WORK/bars.ini"; echo "$WORK/bars.ini" ;;
     balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
     *) echo "config/extreme/$1.ini" ;;
     esac

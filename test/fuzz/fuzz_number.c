@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "common/number.h"
+#include "master/number.h"
 #include "test/fuzz/fuzz.h"
 
 /* strtod() accepts more: blanks before the number, hexadecimal, inf and nan. */

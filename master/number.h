@@ -3,8 +3,8 @@
  * exponent. Hexadecimal, "inf" and "nan" are not accepted; the locale does not matter. The result is the
  * nearest double. A number too large for a double is refused, one too small becomes 0 or subnormal.
  */
-#ifndef FARM_COMMON_NUMBER_H
-#define FARM_COMMON_NUMBER_H
+#ifndef FARM_MASTER_NUMBER_H
+#define FARM_MASTER_NUMBER_H
 
 #include <stdbool.h>
 #include <stdint.h>

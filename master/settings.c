@@ -1,4 +1,4 @@
-#include "common/settings.h"
+#include "master/settings.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "common/segment.h"
+#include "worker/segment.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -2,8 +2,8 @@
  * Memory shared by processes of one machine. A segment has no name (it is a memfd), so that nothing is left
  * of it however the processes end.
  */
-#ifndef FARM_COMMON_SEGMENT_H
-#define FARM_COMMON_SEGMENT_H
+#ifndef FARM_WORKER_SEGMENT_H
+#define FARM_WORKER_SEGMENT_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-#include "common/key.h"
+#include "master/key.h"
 
 #include <assert.h>
 #include <math.h>
@@ -8,7 +8,7 @@
 #include <strings.h>
 
 #include "common/message.h"
-#include "common/number.h"
+#include "master/number.h"
 
 /* The dihedral angle up to which smooth = yes rounds an edge, degrees. */
 #define CREASE_YES 60.0

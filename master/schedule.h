@@ -1,6 +1,6 @@
 /* How tiles are assigned to renderers: see master/queue.h. */
-#ifndef FARM_COMMON_SCHEDULE_H
-#define FARM_COMMON_SCHEDULE_H
+#ifndef FARM_MASTER_SCHEDULE_H
+#define FARM_MASTER_SCHEDULE_H
 
 #include <stdbool.h>
 

@@ -1,4 +1,4 @@
-#include "common/schedule.h"
+#include "master/schedule.h"
 
 #include <stddef.h>
 

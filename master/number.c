@@ -1,4 +1,4 @@
-#include "common/number.h"
+#include "master/number.h"
 
 #include <locale.h>
 #include <math.h>

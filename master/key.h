@@ -2,8 +2,8 @@
  * Tables of the keys of an INI section. One table serves for reading the section, for its defaults, for
  * printing it and for the help text.
  */
-#ifndef FARM_COMMON_KEY_H
-#define FARM_COMMON_KEY_H
+#ifndef FARM_MASTER_KEY_H
+#define FARM_MASTER_KEY_H
 
 #include <stdbool.h>
 #include <stddef.h>

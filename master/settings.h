@@ -2,16 +2,16 @@
  * The settings of a run: the sections [image], [camera], [background], [render], [sampling], [farm] and
  * [output] of an INI file, and SECTION.KEY=VALUE on the command line.
  */
-#ifndef FARM_COMMON_SETTINGS_H
-#define FARM_COMMON_SETTINGS_H
+#ifndef FARM_MASTER_SETTINGS_H
+#define FARM_MASTER_SETTINGS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/key.h"
 #include "common/processor.h"
 #include "common/scene.h"
-#include "common/schedule.h"
+#include "master/key.h"
+#include "master/schedule.h"
 
 struct settings {
     struct {
