@@ -39,13 +39,32 @@ static uint64_t pixel_bytes(const struct settings *s)
     return canvases * canvas_bytes + (settings_adaptive(s) ? adaptive_pixel_bytes() : 0) + costs;
 }
 
+static bool is_argument(const struct loader *loader, const char *section, const char *key)
+{
+    const struct origin *origin = setting_origin(loader, section, key);
+    return origin->file && origin->line == 0;
+}
+
+/* Of keys of a section that contradict each other the one to name: an argument rather than a line of CONFIG, which was
+ * right before it. NULL ends the list. */
+static const char *culprit(const struct loader *loader, const char *section,
+                           const char *const *keys)
+{
+    const char *set = keys[0];
+    for (size_t i = 0; keys[i]; i++) {
+        if (is_argument(loader, section, keys[i])) return keys[i];
+        if (!setting_is_set(loader, section, set)) set = keys[i];
+    }
+    return set;
+}
+
 static bool size_good(const struct loader *loader)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
     uint64_t pixels = (uint64_t)s->image.width * s->image.height;
     uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * pixel_bytes(s);
-    const char *edge = setting_is_set(loader, "image", "width") ? "width" : "height";
+    const char *edge = culprit(loader, "image", (const char *[]){"width", "height", NULL});
     if (pixels > PICTURE_MAX_PIXELS)
         return refuse_setting(loader, "image", edge,
                               "the picture has %llu pixels, expected width x height <= 2^28",
@@ -98,26 +117,13 @@ static bool half_height_good(double fov)
     return fov < 180 && isnormal(view_half_height(fov));
 }
 
-/* Of the camera's keys that contradict each other the one to name: an argument rather than a line of CONFIG, which was
- * right before it. NULL ends the list. */
-static const char *culprit(const struct loader *loader, const char *const *keys)
-{
-    const char *set = keys[0];
-    for (size_t i = 0; keys[i]; i++) {
-        const struct origin *origin = setting_origin(loader, "camera", keys[i]);
-        if (origin->file && origin->line == 0) return keys[i];
-        if (!setting_is_set(loader, "camera", set)) set = keys[i];
-    }
-    return set;
-}
-
 /* Only if the user has set eye can the two be the same point. The text names look_at's default where it is in
  * effect. */
 static bool refuse_same_point(const struct loader *loader)
 {
     bool both = setting_is_set(loader, "camera", "look_at");
     return refuse_setting(
-        loader, "camera", culprit(loader, (const char *[]){"eye", "look_at", NULL}),
+        loader, "camera", culprit(loader, "camera", (const char *[]){"eye", "look_at", NULL}),
         both ? "eye and look_at are the same point, expected two different ones"
              : "eye and look_at, the middle of the scene unless it is set, are the same point, "
                "expected two different ones");
@@ -127,7 +133,7 @@ static bool refuse_up(const struct loader *loader)
 {
     bool is_set = setting_is_set(loader, "camera", "up");
     return refuse_setting(
-        loader, "camera", culprit(loader, (const char *[]){"up", "eye", "look_at", NULL}),
+        loader, "camera", culprit(loader, "camera", (const char *[]){"up", "eye", "look_at", NULL}),
         is_set ? "up lies along the direction of view, expected another direction"
                : "up, 0 1 0 unless it is set, lies along the direction of view, expected another "
                  "direction, such as up = 0 0 -1");
@@ -147,7 +153,8 @@ static bool camera_good(const struct loader *loader)
         return false;
     }
     if (!vec_is_finite(s->camera.eye) || !vec_is_finite(view))
-        return refuse_setting(loader, "camera", "eye",
+        return refuse_setting(loader, "camera",
+                              culprit(loader, "camera", (const char *[]){"eye", "look_at", NULL}),
                               "eye and look_at are too far apart, expected a finite distance");
     if (vec_is_zero(view)) return refuse_same_point(loader);
     if (vec_is_zero(up) || !vec_is_finite(up))
@@ -293,17 +300,12 @@ static bool same_file(const char *a, const char *b)
     return same;
 }
 
-static bool is_argument(const struct loader *loader, const struct checked_file *file)
-{
-    const struct origin *origin = setting_origin(loader, file->section, file->key);
-    return origin->file && origin->line == 0;
-}
-
 /* Reports two settings that name the same file, at `file` unless only `other` is an argument. Returns false. */
 static bool refuse_same(const struct loader *loader, const struct checked_file *file,
                         const struct checked_file *other)
 {
-    bool swap = is_argument(loader, other) && !is_argument(loader, file);
+    bool swap = is_argument(loader, other->section, other->key) &&
+                !is_argument(loader, file->section, file->key);
     const struct checked_file *newer = swap ? other : file, *older = swap ? file : other;
     return refuse_setting(loader, newer->section, newer->key,
                           "%s is also the name of the %s, expected a file of its own", newer->key,

@@ -60,7 +60,7 @@ static void print_settings(struct printing *to, const struct job *job)
             fprintf(to->out, "%s[%s]\n", i ? "\n" : "", key->section);
         if (is_derived(job, key))
             fprintf(to->out, "; %s is not set: %s\n", key->name, key->help);
-        else if (settings_in_effect(settings, key))
+        else if (settings_lists(settings, key))
             print_setting(to, settings, key);
     }
 }

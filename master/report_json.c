@@ -61,7 +61,9 @@ static void put_scene(struct json *json, const struct report *report)
 static void put_setting(struct json *json, const struct key *key, const struct settings *settings)
 {
     const void *value = (const char *)settings + key->offset;
-    if (key->type == VALUE_UNSIGNED) {
+    bool is_count =
+        key->type == VALUE_UNSIGNED || (key->type == VALUE_AUTO && *(const uint32_t *)value > 0);
+    if (is_count) {
         json_count(json, key->name, *(const uint32_t *)value);
     } else if (key->type == VALUE_NUMBER) {
         json_number(json, key->name, *(const double *)value);
@@ -79,7 +81,7 @@ static void put_settings(struct json *json, const struct settings *settings)
         const char *section = settings_keys[i].section;
         json_open_inline(json, section, '{');
         for (; i < SETTINGS_KEYS && strcmp(settings_keys[i].section, section) == 0; i++)
-            if (settings_in_effect(settings, &settings_keys[i]))
+            if (settings_lists(settings, &settings_keys[i]))
                 put_setting(json, &settings_keys[i], settings);
         json_close(json, '}');
     }

@@ -97,7 +97,7 @@ const struct key settings_keys[] = {
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,
                "settings.h tells the number of keys");
 
-bool settings_in_effect(const struct settings *settings, const struct key *key)
+bool settings_lists(const struct settings *settings, const struct key *key)
 {
     const void *value = (const char *)settings + key->offset;
     if (key->type == VALUE_COLORS) return false;

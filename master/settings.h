@@ -66,10 +66,10 @@ static inline bool settings_adaptive(const struct settings *settings)
 }
 
 /*
- * Whether a key has a say in this run, and is not another name of what other keys hold: color stands for bottom and
- * top, samples is not used by adaptive sampling, and there may be no region.
+ * Whether a key belongs in a list of a run's settings: color is another name of bottom and top, samples is refused
+ * beside adaptive sampling, and there may be no region.
  */
-bool settings_in_effect(const struct settings *settings, const struct key *key);
+bool settings_lists(const struct settings *settings, const struct key *key);
 
 /* Sets every key to its fallback. Strings are owned: settings_free() frees them. */
 void settings_init(struct settings *settings);

@@ -116,7 +116,7 @@ void stop_install(int rank)
 
 void stop_defer(void)
 {
-    is_served = 1;
+    is_served = true;
 }
 
 void stop_removes(const char *path)

@@ -138,6 +138,20 @@ static void test_bad_overrides(void **state)
         scratch_refused(*state, "scene.ini", cases[i].override, cases[i].line);
 }
 
+/* Of two settings that do not go together the argument is at fault, as CONFIG was right before it. */
+static void test_settings_spoilt_by_arguments(void **state)
+{
+    static const char config[] = "[image]\nwidth = 60000\nheight = 100\n[camera]\n"
+                                 "eye = -1.7e308 0 9\nlook_at = -1.6e308 0 0\n";
+    write_text("far.ini", config);
+    scratch_refused(
+        *state, "far.ini", "image.height=65535",
+        "image.height=65535: the picture has 3932100000 pixels, expected width x height <= 2^28");
+    scratch_refused(*state, "far.ini", "camera.look_at=1.7e308 0 0",
+                    "camera.look_at=1.7e308 0 0: eye and look_at are too far apart, expected a "
+                    "finite distance");
+}
+
 /* What an argument makes of an object is the argument's fault; what the file says is the file's. */
 static void test_objects_spoilt_by_arguments(void **state)
 {
@@ -565,6 +579,7 @@ int main(void)
         cmocka_unit_test(test_overrides_in_order),
         cmocka_unit_test(test_backgrounds_of_arguments),
         cmocka_unit_test(test_bad_overrides),
+        cmocka_unit_test(test_settings_spoilt_by_arguments),
         cmocka_unit_test(test_objects_spoilt_by_arguments),
         cmocka_unit_test(test_rows_sent_at_a_time),
         cmocka_unit_test(test_output_names),

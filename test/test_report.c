@@ -260,9 +260,11 @@ static void test_json_settings(void **state)
     struct settings settings = sample_settings;
     settings.sampling.target_error = 0;
     settings.image.region[2] = settings.image.region[3] = 5;
+    settings.farm.tile = 16;
     report.settings = &settings;
     text = report_json(&report);
     assert_has(text, "\"region\": \"0 0 5 5\"}");
+    assert_has(text, "\"tile\": 16,");
     assert_has(text, "\"sampling\": {\"samples\": 7, ");
     free(text);
 }

@@ -5,11 +5,12 @@ FARM=$(realpath "${FARM:-build/tsan/farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}
 SCENE=$(realpath test/data/everything.ini)
 T=$(mktemp -d)
-trap 'rm -rf "$T"' EXIT
+farm= # runs in the background
+trap '[ -z "$farm" ] || kill -KILL "$farm"; rm -rf "$T"' EXIT
 trap 'exit 1' INT TERM
 cd "$T" || exit 1
 # UCX replaces mmap() while a program runs, which the sanitizer does not survive.
-export UCX_MEM_EVENTS=no UCX_MEM_MMAP_HOOK_MODE=none TSAN_OPTIONS="log_path=$T/race exitcode=99"
+export UCX_MEM_EVENTS=no TSAN_OPTIONS="log_path=$T/race exitcode=99"
 failed=0
 
 # judge STATUS TEXT: of the last run, which is to end with that status.
@@ -35,11 +36,14 @@ whole() {
 # A signal may be handled in any thread.
 stopped() {
     "$FARM" "$SCENE" image.width=640 image.height=480 sampling.samples=64 output.image=a.png >out 2>err &
-    until [ -s a.journal ] || ! kill -0 $! 2>/dev/null; do sleep 0.1; done
+    farm=$!
+    until [ -s a.journal ] || ! kill -0 $farm 2>/dev/null; do sleep 0.1; done
     sleep 1.5
-    kill -INT $!
-    wait $!
-    got=$?
+    kill -INT $farm
+    timeout 60 tail -f --pid=$farm /dev/null # a farm that hangs is killed
+    kill -KILL $farm 2>/dev/null
+    wait $farm
+    got=$? farm=
     judge 75 "stopped by SIGINT"
 }
 whole 1

@@ -18,7 +18,8 @@
 struct task {
     const struct tile *tile;
     const struct refinement *refinements; /* one for each pixel, in order; NULL: level 0 to 1 */
-    bool survey; /* render instead the first sample of every pixel, not for the picture */
+    bool
+        survey; /* render instead the first sample of every pixel, not for the picture; no refinements */
     struct pixel_floats to;
 };
 

@@ -1,6 +1,6 @@
 # The scenes that sections can be asked for.
 
-# The camera and the material of what adaptive sampling is to find. At 200 x 150 a pixel is PIXEL wide at z = 0.
+# The camera and the material of what adaptive sampling is to find.
 facing() {
     cat <<'END'
 [camera]
@@ -15,7 +15,6 @@ ambient = 1
 diffuse = 0
 END
 }
-PIXEL=0.0214359 # 2 x 6 tan(15 degrees) / 150
 
 # specks COUNT THICKNESS: a scene of COUNT objects at random places, half of them balls and half needles, which adaptive
 # sampling hits only by chance. With THICKNESS 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
@@ -31,11 +30,12 @@ specks() {
         } }'
 }
 
-# Bars half a pixel wide at 200 x 150, one in each column of pixels, and a ball: a pattern that every pixel has.
+# Bars half a pixel wide, one in each column of pixels, and a ball: a pattern that all pixels have, at the present size.
 bars() {
     facing
-    awk -v pixel=$PIXEL 'BEGIN { for (i = -120; i < 120; i++)
-        printf "[box %d]\nmin = %.9f -2 -0.01\nmax = %.9f 2 0\nmaterial = bright\n", i, i * pixel, (i + 0.5) * pixel }'
+    awk -v height="$H" 'BEGIN { pixel = 2 * 6 * 0.26794919243112 / height # tan(15 degrees), half of the field of view
+        for (i = -height; i < height; i++)
+            printf "[box %d]\nmin = %.9f -2 -0.01\nmax = %.9f 2 0\nmaterial = bright\n", i, i * pixel, (i + 0.5) * pixel }'
     printf '[material dark]\ncolor = 0.2 0.3 0.6\nambient = 1\ndiffuse = 0\n'
     printf '[sphere]\ncenter = 0.7 0.4 0.5\nradius = 0.5\nmaterial = dark\n'
 }
@@ -48,7 +48,7 @@ config_of() {
     lantern | garden) echo "config/$1.ini" ;;
     specks) [ -e "$WORK/specks.ini" ] || specks 1200 1 >"$WORK/specks.ini"; echo "$WORK/specks.ini" ;;
     dust) [ -e "$WORK/dust.ini" ] || specks 300 0.5 >"$WORK/dust.ini"; echo "$WORK/dust.ini" ;; # few are met
-    bars) [ -e "$WORK/bars.ini" ] || bars >"$WORK/bars.ini"; echo "$WORK/bars.ini" ;;
+    bars) bars >"$WORK/bars.ini"; echo "$WORK/bars.ini" ;;
     balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
     *) echo "config/extreme/$1.ini" ;;
     esac
