@@ -96,7 +96,7 @@ check "a heat map of a region" part
 
 unshown() {
     run 0 "$FARM" "$SCENE" image.width=8 image.height=6 output.image=b.png &&
-        ! grep -q heatmap b.json
+        ! grep -q '"heatmap": {' b.json
 }
 check "none of them unless asked for" unshown
 
