@@ -166,8 +166,8 @@ static double missed_for(const struct later *later, double contrast, double leas
  */
 static double least_share(const struct later *later, const struct pixel_statistics *before)
 {
-    double n = later->first,
-           most = variance_of(before) * n * n / (n - 1); /* of c^2; above 0, as it varies */
+    double n = later->first;
+    double most = variance_of(before) * n * n / (n - 1); /* of c^2; above 0, as it varies */
     return later->variance / most / 2;
 }
 
