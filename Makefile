@@ -393,7 +393,7 @@ valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
-# Whole runs of threads that the thread sanitizer watches; takes some minutes, most of them to compile.
+# Whole runs under the thread sanitizer; takes some minutes, most of them to compile.
 tsan:
 	@$(MAKE) BUILD=build/tsan FARM=build/tsan/farm OPTIMISE='-O1 -g' SANITIZE='-fsanitize=thread' all
 	@FARM=build/tsan/farm MPIEXEC="$(MPIEXEC)" sh test/tsan.sh
