@@ -435,6 +435,31 @@ static void test_glass_balls_meet_a_mesh(void **state)
     }
 }
 
+/* Clear glass around water: a wall as thin as the rounding of points. No ray is lost between its surfaces, which would
+ * be crossed in turn for ever: the white sky is seen through all of it. */
+static void test_wall_as_thin_as_rounding(void **state)
+{
+    static struct picture picture;
+    struct view view = lattice_view(vec3(0, 0, 3));
+    view.max_depth = 8; /* four surfaces, and as many crossings that rounding repeats */
+    for (unsigned k = 0; k < 400; k++) {
+        struct builder *builder = builder_create();
+        struct material clear = {.color = {1, 1, 1}, .transmission = 1, .ior = 1.5};
+        uint32_t glass, water;
+        must(builder_add_material(builder, &clear, &glass));
+        clear.ior = 1.33;
+        must(builder_add_material(builder, &clear, &water));
+        double radius = 1 + k / 1024.0;
+        add_sphere(builder, 0, 0.125, 0, radius, glass);
+        add_sphere(builder, 0, 0.125, 0, nextafter(radius, 0), water);
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
+        assert_true(picture.counts.truncation == 0);
+        for (uint32_t i = 0; i < SIZE * SIZE * 3; i++)
+            assert_true(picture.rgb[i] == 1);
+    }
+}
+
 /* An eye exactly on a face, an edge or a corner of a cube: its rays leave the cube through one surface, or never were
  * in it. Some run along faces. */
 static void test_eye_on_a_glass_mesh(void **state)
@@ -962,6 +987,7 @@ int main(void)
         cmocka_unit_test(test_touched_glass_keeps_the_bound),
         cmocka_unit_test(test_tangents_of_glass_balls),
         cmocka_unit_test(test_glass_balls_meet_a_mesh),
+        cmocka_unit_test(test_wall_as_thin_as_rounding),
         cmocka_unit_test(test_eye_on_a_glass_mesh),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),

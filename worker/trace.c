@@ -162,11 +162,14 @@ static void move_outside(struct renderer *renderer, uint32_t point)
              surface_beyond(renderer->scene, &renderer->rays[slot], &hit));
 }
 
-/* Where two surfaces meet, the point on each may be before the other one. They would be crossed in turn for ever. */
-static void move_on(struct ray *ray)
+/* Where two surfaces meet, the point on each may be before the other one. They would be crossed in turn for ever, also
+ * by a ray that gets away from them too slowly: therefore it moves along the normal of the surface, too. */
+static void move_on(struct ray *ray, struct vec3 normal)
 {
     double distance = ORDER_ERROR * vec_largest(ray->origin);
+    double away = copysign(distance, vec_dot(ray->direction, normal));
     ray->origin = vec_add_scaled(ray->origin, ray->direction, distance);
+    ray->origin = vec_add_scaled(ray->origin, normal, away);
 }
 
 /* A ray that has not crossed the surface goes straight on, and so does one that leaves a solid along its surface. The
@@ -189,7 +192,7 @@ static bool goes_straight_on(struct renderer *renderer, uint32_t point,
     if (touches) move_outside(renderer, point);
     struct ray *ray =
         spawn(renderer, point, lane(&renderer->points.view, point), share, RAY_REFRACTION, media);
-    if (repeated && ray) move_on(ray);
+    if (repeated && ray) move_on(ray, lane(&renderer->points.geometric, point));
     renderer->mirrored[point] = vec3(0, 0, 0);
     return true;
 }
