@@ -336,6 +336,17 @@ static void put_nonfinite(struct table *table, const struct report *report)
     end_flow(table);
 }
 
+/* Where glass is open, or on other glass but for a rounding, the picture may not be what its maker meant. */
+static void put_media(struct table *table, const struct report *report)
+{
+    struct render_counts counts = report_picture_counts(report);
+    double unmatched = (double)counts.unmatched_media, open = (double)counts.open_media;
+    if (unmatched > 0)
+        flow(table, "rays left glass unentered %s times", figure_count(unmatched).text);
+    if (open > 0) flow(table, "%s rays never came out of glass", figure_count(open).text);
+    end_flow(table);
+}
+
 /* What adaptive sampling came to: how many samples, and what ended it. */
 static void put_end(struct table *table, const struct report *report)
 {
@@ -418,6 +429,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_truncation(table, report);
     put_clipped(table, report);
     put_nonfinite(table, report);
+    put_media(table, report);
     report_path(table->out, "picture", report->image_file);
 }
 

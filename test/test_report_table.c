@@ -310,6 +310,20 @@ static void test_table_extremes(void **state)
     free(text);
 }
 
+static void test_table_of_open_glass(void **state)
+{
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "glass"));
+    free(text);
+    report.picture.open_media = 2345;
+    assert_table_has(&report, 80, "\n2.3k rays never came out of glass\n");
+    report.picture.unmatched_media = 12;
+    assert_table_has(&report, 80,
+                     "\nrays left glass unentered 12 times, 2.3k rays never came out of glass\n");
+}
+
 static void test_table_of_many(void **state)
 {
     static struct renderer_stats renderers[RANKS];
@@ -364,6 +378,7 @@ int main(void)
         cmocka_unit_test(test_table_truncation),
         cmocka_unit_test(test_table_fits),
         cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_table_of_open_glass),
         cmocka_unit_test(test_table_of_many),
         cmocka_unit_test(test_table_of_some),
     };
