@@ -35,9 +35,6 @@ static void copy_canvas(struct snapshot *snapshot, const struct canvas *canvas)
     memcpy(copy->rgb, canvas->rgb, 3 * canvas_pixels(canvas) * sizeof *copy->rgb);
 }
 
-/* Snapshots keep the master from serving for no more than this part of the time. */
-#define SERVING_MOST 0.05
-
 void snapshot_took(struct snapshot *snapshot, double seconds)
 {
     snapshot->took_s = seconds;

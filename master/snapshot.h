@@ -9,6 +9,9 @@
 
 #include "master/canvas.h"
 
+/* Snapshots keep the master from serving for no more than this part of the time. */
+#define SERVING_MOST 0.05
+
 struct snapshot {
     /* Filled in by the caller. seconds: from the end of one snapshot to the next; 0: none are written. */
     const char *path;

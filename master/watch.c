@@ -4,14 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/clock.h"
 #include "common/message.h"
 #include "master/output_file.h"
 #include "master/truth.h"
 
-/* The first row comes FIRST_ROW seconds after the start, every further one when the time has grown by
- * ROW_FACTOR: so they are evenly spaced where error is drawn against time with logarithmic axes. */
-#define FIRST_ROW  0.5
-#define ROW_FACTOR 1.25
+#define FIRST_ROW 0.5 /* seconds after the start */
 
 /* The first failure tells why: later ones may have no errno of their own. */
 static void flush_rows(struct watch *watch)
@@ -88,8 +86,10 @@ static void add_row(struct watch *watch, double now, unsigned pass)
 /* A row that is added for another reason also counts as the next periodic one, if that is due. */
 static void add_row_now(struct watch *watch, double now, unsigned pass)
 {
+    double started = clock_wall();
     add_row(watch, now, pass);
-    if (now >= watch->next) watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
+    if (now < watch->next) return;
+    watch->next = watch->begin + watch_next_row(now - watch->begin, clock_wall() - started);
 }
 
 void watch_look(struct watch *watch, double now)

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "common/extremes.h"
 #include "master/adaptive.h"
 #include "master/canvas.h"
 #include "master/forecast.h"
@@ -30,6 +31,17 @@ struct watch {
     unsigned looks; /* rows that do not follow a complete pass */
     double next;    /* when the next row is due: a time of common/clock.h */
 };
+
+/* From one row to the next the time grows by this factor: so they are evenly spaced where error is drawn against time
+ * with logarithmic axes. */
+#define ROW_FACTOR 1.25
+
+/* Seconds from the start to the next row, if the last one was added at `elapsed` and took took_s. A row of a large
+ * adaptive picture, whose pixels are all summed, takes as long as many tiles, and nobody is served meanwhile. */
+static inline double watch_next_row(double elapsed, double took_s)
+{
+    return larger_number(elapsed * ROW_FACTOR, elapsed + took_s / SERVING_MOST);
+}
 
 /* Starts monitoring. csv: path of the CSV file, empty: none. Returns false, after saying why, if it cannot be
  * written. */

@@ -45,6 +45,15 @@ static void test_end(void **state)
     ended(&watch);
 }
 
+/* Rows come ever more seldom, and no more often than a twentieth of the time allows. */
+static void test_next_row(void **state)
+{
+    (void)state;
+    assert_true(watch_next_row(2, 0) == 2.5);
+    assert_true(watch_next_row(2, 0.0125) == 2.5);
+    assert_true(fabs(watch_next_row(2, 0.25) - 7) < 1e-9);
+}
+
 /* The interval is wider where the numbers of samples in the halves differ. */
 static void test_odd_samples(void **state)
 {
@@ -115,8 +124,11 @@ static void test_most_samples(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_end),          cmocka_unit_test(test_odd_samples),
-        cmocka_unit_test(test_half),         cmocka_unit_test(test_single_samples),
+        cmocka_unit_test(test_end),
+        cmocka_unit_test(test_next_row),
+        cmocka_unit_test(test_odd_samples),
+        cmocka_unit_test(test_half),
+        cmocka_unit_test(test_single_samples),
         cmocka_unit_test(test_most_samples),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
