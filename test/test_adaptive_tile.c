@@ -54,15 +54,40 @@ static void test_lower_part_of_a_pass(void **state)
     canvas_free(&canvas);
 }
 
-/* A tile of every n-th pixel of a rectangle, from its second one on: what comes in goes to the pixels that tile_pixel()
- * names, and these are not asked for any more. */
+/* And where only the last pixel was in, of a high tile and of a wide one. */
+static void test_last_pixel_of_a_tile(void **state)
+{
+    static const struct tile tiles[] = {{.x = 3, .y = 1, .w = 2, .h = 7, .step = 1},
+                                        {.x = 1, .y = 3, .w = 20, .h = 4, .step = 1}};
+    struct view view = view_of(4, 64);
+    for (int i = 0; i < 2; i++) {
+        const struct tile *tile = &tiles[i];
+        uint32_t pixels = tile_pixels(tile), x, y;
+        tile_pixel(tile, pixels - 1, &x, &y);
+        struct canvas canvas;
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        put(adaptive, (struct tile){.x = x, .y = y, .w = 1, .h = 1, .step = 1},
+            (struct sent){1, 0, APART, {1, 1}}, 1);
+        put(adaptive, *tile, (struct sent){100, 1, APART, {1, 1}}, 1);
+        assert_true(canvas_at(&canvas, x, y)[0] == 1);
+        assert_true(canvas_at(&canvas, tile->x, tile->y)[0] == 100);
+        assert_true(adaptive_missing(adaptive) == (ALL - pixels) / (double)ALL);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
+/* A tile of every n-th pixel of a rectangle, from its first or second one on: what comes in goes to the pixels that
+ * tile_pixel() names, and these are not asked for any more. */
 static void test_tile_with_steps(void **state)
 {
-    struct tile tile = {.x = 3, .y = 1, .w = 7, .h = 5, .phase = 1, .step = 3}, first = tile;
+    struct tile tile = {.x = 3, .y = 1, .w = 7, .h = 5, .step = 1}, first = tile;
     struct refinement refinements[35];
-    const uint32_t steps[] = {3, 7, 9, 16, 40};
-    for (int i = 0; i < 5; i++) {
+    const uint32_t steps[] = {3, 7, 9, 16, 40, 2, 1};
+    for (int i = 0; i < 7; i++) {
         tile.step = steps[i];
+        tile.phase = tile.step != 2;
         struct view view = view_of(4, 64);
         struct canvas canvas;
         canvas_init(&canvas, WIDE, HIGH);
@@ -78,8 +103,6 @@ static void test_tile_with_steps(void **state)
             painted += canvas.rgb[3 * k] > 0;
         assert_int_equal(painted, tile_pixels(&tile));
         assert_int_equal(adaptive_work(adaptive, &tile).samples, 0);
-        first.step = 1;
-        first.phase = 0;
         adaptive_refinements(adaptive, &first, refinements);
         assert_int_equal(refinements_sampled(refinements, 35), 35 - painted);
         assert_int_equal(adaptive_work(adaptive, &first).samples, 4 * (35 - painted));
@@ -134,6 +157,26 @@ static void test_plans_are_told_apart(void **state)
         canvas_free(&canvases[i]);
     adaptive_destroy(one);
     adaptive_destroy(other);
+}
+
+/* Every pixel of a tile counts, also of one with more pixels than are hashed in one call. */
+static void test_plans_differ_by_a_pixel(void **state)
+{
+    const struct tile whole = {.w = 31, .h = 20, .step = 1};
+    struct view view = view_of(4, 1024);
+    struct canvas canvas;
+    canvas_init(&canvas, whole.w, whole.h);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    uint64_t before = adaptive_plan_hash(adaptive, &whole);
+    for (uint32_t k = 0; k < tile_pixels(&whole); k++) {
+        struct tile pixel = {.x = k % whole.w, .y = k / whole.w, .w = 1, .h = 1, .step = 1};
+        put(adaptive, pixel, (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+        uint64_t after = adaptive_plan_hash(adaptive, &whole);
+        assert_true(after != before);
+        before = after;
+    }
+    canvas_free(&canvas);
+    adaptive_destroy(adaptive);
 }
 
 static double cost_at(const float *costs, uint32_t x)
@@ -199,7 +242,8 @@ int main(void)
         cmocka_unit_test(test_part_of_a_pass),       cmocka_unit_test(test_tile_with_steps),
         cmocka_unit_test(test_work_of_a_pass),       cmocka_unit_test(test_plans_are_told_apart),
         cmocka_unit_test(test_costs_of_samples),     cmocka_unit_test(test_costs_of_refined_pixels),
-        cmocka_unit_test(test_lower_part_of_a_pass),
+        cmocka_unit_test(test_lower_part_of_a_pass), cmocka_unit_test(test_plans_differ_by_a_pixel),
+        cmocka_unit_test(test_last_pixel_of_a_tile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -256,12 +256,53 @@ static void test_by_exact_sums(void **state)
         assert_true(answers.orders[i] > 99);
 }
 
+/* Never 0. */
+static struct vec3 random_whole_vector(uint64_t *random)
+{
+    return vec3(random_whole(random, 9), random_whole(random, 9), 2 * random_whole(random, 9) + 1);
+}
+
+/* A capped cone whose base lies in a plane through the origin, off it; whole coordinates. */
+static struct cone cone_beside(uint64_t *random)
+{
+    struct vec3 axis = random_whole_vector(random);
+    struct vec3 base = vec_cross(axis, random_whole_vector(random));
+    return (struct cone){base, vec_add(base, axis), 1, 2, 0, 1};
+}
+
+/* Oblique caps whose planes a ray crosses in one point, which is in the middle of neither: only exact arithmetic can
+ * tell that none comes first. */
+static void test_oblique_caps(void **state)
+{
+    uint64_t random = 74;
+    unsigned crossed = 0;
+    for (int n = 0; n < 200; n++) {
+        struct builder *builder = builder_create();
+        add_material(builder, vec3(1, 1, 1), 0);
+        for (int i = 0; i < 2; i++) {
+            struct cone cone = cone_beside(&random);
+            assert_added(builder_add_cone(builder, &cone));
+        }
+        struct scene *scene = finish_scene(builder);
+        uint32_t a = primitive_id(PRIMITIVE_CONE, 0), b = primitive_id(PRIMITIVE_CONE, 1);
+        struct ray ray = ray_to(random_whole_vector(&random), vec3(0, 0, 0));
+        int order;
+        if (compare_flats(scene, &ray, a, CONE_BASE_CAP, b, CONE_BASE_CAP, &order)) {
+            assert_int_equal(order, 0);
+            crossed++;
+        }
+        free(scene);
+    }
+    assert_true(crossed > 99);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_are_in_one_surface),
         cmocka_unit_test(test_round_sides),
         cmocka_unit_test(test_by_exact_sums),
+        cmocka_unit_test(test_oblique_caps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,6 +19,7 @@ static void check_pixels(const struct coverage *coverage, bool expected[HEIGHT][
         for (uint32_t x = 0; x < WIDTH; x++) {
             struct tile pixel = rectangle(x, y, 1, 1);
             assert_int_equal(coverage_count(coverage, &pixel), expected[y][x]);
+            assert_int_equal(coverage_has(coverage, x, y), expected[y][x]);
         }
 }
 

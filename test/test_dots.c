@@ -40,6 +40,18 @@ static void test_outside(void **state)
     canvas_free(&canvas);
 }
 
+/* In wide pictures a dot is several pixels wide and high: what is drawn begins and ends with a dot. */
+static void test_large_dots(void **state)
+{
+    struct canvas canvas = blank();
+    const struct dots dots = {&canvas, 1, 2};
+    dots_fill(&dots, (uint32_t[2]){3, 1}, 4, 1, dots_ink);
+    for (uint32_t y = 0; y <= HEIGHT; y++)
+        for (uint32_t x = 0; x < WIDTH; x++)
+            assert_int_equal(is_touched(&canvas, x, y), x >= 6 && x < 14 && y >= 3 && y < 5);
+    canvas_free(&canvas);
+}
+
 /* A column is left free between two characters, and the width of a text counts it. */
 static void test_gaps(void **state)
 {
@@ -75,6 +87,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_outside),
+        cmocka_unit_test(test_large_dots),
         cmocka_unit_test(test_gaps),
         cmocka_unit_test(test_ground),
     };

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "master/framing.h"
+#include "master/outline.h"
 #include "master/view.h"
 #include "test/unit.h"
 
@@ -262,6 +263,48 @@ static void test_eye_in_vertex(void **state)
     settings_free(&settings);
 }
 
+static void check_bounds(struct builder *builder, struct vec3 min, struct vec3 max)
+{
+    struct outline *outline = outline_create(builder);
+    struct vec3 found[2];
+    assert_true(outline_bounds(outline, &found[0], &found[1]));
+    check_near(found[0], min, 1e-12);
+    check_near(found[1], max, 1e-12);
+    outline_destroy(outline);
+    builder_destroy(builder);
+}
+
+/* Balls, oblique discs and oblique cones are as large as they are seen. Vertices without a triangle are not there. */
+static void test_outline(void **state)
+{
+    struct builder *balls = with_material();
+    const struct sphere two[] = {{.center = {5, 0, 0}, .radius = 1},
+                                 {.center = {-3, 2, 0}, .radius = 2}};
+    for (int i = 0; i < 2; i++)
+        assert_null(builder_add_sphere(balls, &two[i]));
+    uint32_t unused;
+    assert_null(builder_add_vertex(balls, vec3(99, 99, 99), &unused));
+    struct outline *outline = outline_create(balls);
+    double support;
+    assert_true(outline_support(outline, vec3(1, 0, 0), 1, &(struct vec3){3, 4, 0}, &support));
+    assert_true(fabs(support - (3 * 4 + 5)) < 1e-12);
+    outline_destroy(outline);
+    check_bounds(balls, vec3(-5, -1, -2), vec3(6, 4, 2));
+    struct builder *coin = with_material();
+    const struct disc disc = {.center = {1, 2, 3}, .normal = {0.6, 0.8, 0}, .radius = 5};
+    assert_null(builder_add_disc(coin, &disc));
+    check_bounds(coin, vec3(-3, -1, -2), vec3(5, 5, 8));
+    for (int wide = 0; wide <= 1; wide++) {
+        struct builder *builder = with_material();
+        struct cone cone = {.apex = {6, 8, 0}, .base_radius = 5, .apex_radius = wide ? 10 : 0};
+        assert_null(builder_add_cone(builder, &cone));
+        if (wide)
+            check_bounds(builder, vec3(-4, -3, -10), vec3(14, 14, 10));
+        else
+            check_bounds(builder, vec3(-4, -3, -5), vec3(6, 8, 5));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -270,6 +313,7 @@ int main(void)
         cmocka_unit_test(test_middle),
         cmocka_unit_test(test_look_at),
         cmocka_unit_test(test_no_extent),
+        cmocka_unit_test(test_outline),
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_in_vertex),
         cmocka_unit_test(test_shoulder_lights),

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "master/ini_source.h"
+#include "master/placement.h"
 
 #define LIGHT "[light]\nposition = 1 2 3\n"
 
@@ -450,6 +451,21 @@ static void test_nested_placement(void **state)
     free(scene);
 }
 
+/* Quarter turns are exact, also backwards and beyond a whole turn. */
+static void test_quarter_turns(void **state)
+{
+    static const double sines[4] = {0, 1, 0, -1};
+    for (int quarters = -7; quarters <= 7; quarters++) {
+        double sine = sines[(quarters + 8) % 4], cosine = sines[(quarters + 9) % 4];
+        struct placement turned = placement_make(vec3(0, 0, 90 * quarters), 1, vec3(0, 0, 0));
+        assert_true(
+            vec_is_same(placement_direction(&turned, vec3(1, 0, 0)), vec3(cosine, sine, 0)));
+        assert_true(
+            vec_is_same(placement_direction(&turned, vec3(0, 1, 0)), vec3(-sine, cosine, 0)));
+        assert_true(placement_keeps_axes(&turned));
+    }
+}
+
 /* A value that becomes infinite or zero by its placement: the message names the place of that, too. */
 static void test_placed_too_far(void **state)
 {
@@ -608,6 +624,7 @@ int main(void)
         cmocka_unit_test(test_turned_box_faces_outward),
         cmocka_unit_test(test_include_mistakes),
         cmocka_unit_test(test_nested_placement),
+        cmocka_unit_test(test_quarter_turns),
         cmocka_unit_test(test_include_count_limit),
         cmocka_unit_test(test_extreme_normals),
     };

@@ -275,26 +275,75 @@ static void test_eye_along_a_tangent(void **state)
     end();
 }
 
+/* The vector with its components moved on cyclically, and mirrored if sign is -1. */
+static struct vec3 turned(struct vec3 v, unsigned by, double sign)
+{
+    const double c[3] = {sign * v.x, sign * v.y, sign * v.z};
+    return vec3(c[(3 - by) % 3], c[(4 - by) % 3], c[(5 - by) % 3]);
+}
+
+/* An eye in a ball, an oblique cone or a box is in it, also close to the surface; solids beside it do not count. */
+static void test_eye_in_solids(void **state)
+{
+    const struct vec3 min = {1, 10, 100}, max = {2, 20, 200}, base = {-40, 0, 3},
+                      apex = {-34, 8, 3};
+    const struct vec3 along = {0.6, 0.8, 0}, across = {-0.8, 0.6, 0};
+    for (unsigned i = 0; i < 6; i++) {
+        unsigned by = i % 3;
+        double sign = i < 3 ? 1 : -1;
+        struct builder *builder = builder_create();
+        uint32_t glass = add_glass(builder, 1.5, 0.9);
+        struct vec3 corners[2] = {turned(min, by, sign), turned(max, by, sign)};
+        add_box(builder, corners[i >= 3], corners[i < 3], glass);
+        add_sphere(builder, turned(vec3(0, -30, 0), by, sign), 3, glass);
+        struct cone cone = {.base = turned(base, by, sign), .apex = turned(apex, by, sign)};
+        cone.base_radius = 4;
+        cone.apex_radius = 1;
+        cone.capped = 1;
+        cone.material = glass;
+        assert_added(builder_add_cone(builder, &cone));
+        begin(finish_scene(builder));
+        for (unsigned k = 0; k < 8; k++) {
+            struct vec3 eye = {k & 1 ? 1.01 : 1.99, k & 2 ? 10.1 : 19.9, k & 4 ? 101 : 199};
+            uint32_t stack = stack_around(turned(eye, by, sign));
+            cross(stack, primitive_id(PRIMITIVE_BOX, 0), false, 1.5, 1, false);
+            double far = k & 1 ? 0.1 : 9.9, radius = 4 - 0.3 * far, out = k & 2 ? 0.99 : -0.99;
+            eye = vec_add_scaled(vec_add_scaled(base, along, far), across, out * radius);
+            cross(stack_around(turned(eye, by, sign)), primitive_id(PRIMITIVE_CONE, 0), false, 1.5,
+                  1, false);
+            eye = vec3(k & 1 ? 1.7 : -1.7, k & 2 ? -31.7 : -28.3, k & 4 ? 1.7 : -1.7);
+            cross(stack_around(turned(eye, by, sign)), sphere(0), false, 1.5, 1, false);
+        }
+        end();
+    }
+}
+
 /*
  * An eye that looks exactly along the edge of a box, or along the side of a rod, is outside of them, also where other
  * surfaces lie in between: from each the ray goes on at a rounded point, beside the edge or not.
  */
 static void test_eye_along_an_edge(void **state)
 {
-    for (unsigned i = 0; i < 64; i++) {
+    for (unsigned i = 0; i < 6 * 64; i++) {
+        unsigned axis = i % 3;
+        double sign = i % 6 < 3 ? 1 : -1, far = i / 6;
         struct builder *builder = builder_create();
         uint32_t glass = add_glass(builder, 1.2, 0.3);
-        struct vec3 by = vec3(i, i / 4.0, 0);
-        add_sphere(builder, vec_add(vec3(1, 1, 2), by), 1, glass);
-        add_box(builder, vec_add(vec3(0.5, 1, 1), by), vec_add(vec3(2, 2, 2), by), glass);
-        struct cone rod = {.base = vec_add(vec3(0, 1, 1), by), .apex = vec_add(vec3(0, 1, 2), by)};
+        struct vec3 by = vec3(far, far / 4, 0);
+        add_sphere(builder, turned(vec_add(vec3(1, 1, 2), by), axis, sign), 1, glass);
+        struct vec3 corners[2] = {turned(vec_add(vec3(0.5, 1, 1), by), axis, sign),
+                                  turned(vec_add(vec3(2, 2, 2), by), axis, sign)};
+        add_box(builder, corners[sign < 0], corners[sign > 0], glass);
+        struct cone rod = {.base = turned(vec_add(vec3(0, 1, 1), by), axis, sign),
+                           .apex = turned(vec_add(vec3(0, 1, 2), by), axis, sign)};
         rod.base_radius = rod.apex_radius = 0.5;
         rod.capped = 1;
         rod.material = glass;
         assert_added(builder_add_cone(builder, &rod));
         begin(finish_scene(builder));
-        struct vec3 eye = vec_add(vec3(0.5, 1, 3), by);
-        assert_int_equal(media_at(media, bvh, eye, vec3(0, 0, -1)), MEDIUM_OUTSIDE);
+        struct vec3 eye = turned(vec_add(vec3(0.5, 1, 3), by), axis, sign);
+        assert_int_equal(media_at(media, bvh, eye, turned(vec3(0, 0, -1), axis, sign)),
+                         MEDIUM_OUTSIDE);
         end();
     }
 }
@@ -473,6 +522,7 @@ int main(void)
         cmocka_unit_test(test_eye),
         cmocka_unit_test(test_eye_on_a_surface),
         cmocka_unit_test(test_eye_along_a_tangent),
+        cmocka_unit_test(test_eye_in_solids),
         cmocka_unit_test(test_eye_along_an_edge),
         cmocka_unit_test(test_eye_before_an_edge),
         cmocka_unit_test(test_eye_at_an_oblique_plane),

@@ -39,6 +39,10 @@ static void test_view(void **state)
     assert_true(fabs(fov_of(scene) - 45) < 1e-12);
     assert_true(vec_is_zero(scene->view.background_top));
     free(scene);
+    scene = loaded(state, "b 0.25 0 0\n" LIGHT "s 0 0 0 0.5\n", NULL); /* without a view */
+    assert_true(scene->view.background_top.x == 0.25 && scene->view.background_top.z == 0);
+    assert_int_equal(scene_spheres(scene)->inside_only, 0);
+    free(scene);
     scene = loaded(state, LIGHT "s 0 0 0 1\n", NULL); /* with neither, the default one */
     assert_true(scene->view.background_top.x == 0.2 && scene->view.background_bottom.x == 0.04);
     free(scene);
@@ -96,11 +100,13 @@ static void test_placed(void **state)
 
 static void test_lights(void **state)
 {
-    struct scene *scene = loaded(state, VIEW "l 1 2 3\nl 4 5 6\nl 7 8 9 1 0.5 0\nl 0 0 0\n", NULL);
+    struct scene *scene =
+        loaded(state, VIEW "l 1 2 3\nl 4 5 6\nl 7 8 9 1 0.5 0\nl 0 0 0 0 0 0.25\n", NULL);
     const struct light *lights = scene_lights(scene);
     assert_int_equal(scene->lights.count, 4);
     assert_true(lights[0].color.x == 0.5 && lights[1].color.z == 0.5);
     assert_true(lights[2].color.y == 0.5 && lights[2].color.z == 0 && lights[2].position.x == 7);
+    assert_true(lights[3].color.x == 0 && lights[3].color.y == 0 && lights[3].color.z == 0.25);
     free(scene);
 }
 
@@ -263,6 +269,8 @@ static void test_mistakes_of_statements(void **state)
 {
     refused(state, "b 1 1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
     refused(state, "b 1 1 -1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
+    refused(state, "b 1 -1 1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
+    refused(state, "b -1 1 1\n", "scene.nff:1: 'b' needs a colour: three numbers >= 0");
     refused(state, "\nx 1 1\n",
             "scene.nff:2: unknown statement 'x', expected v, b, l, f, s, c, p or pp");
     refused(state, "", "scene.nff: has no statements, expected at least one");
@@ -294,6 +302,10 @@ static void test_mistakes_of_lights_and_materials(void **state)
     refused(state, "l 1 2 3 4 5\n",
             "scene.nff:1: 'l' needs a position and may have a colour: 3 or 6 numbers");
     refused(state, "l 1 2 3 1 -1 1\n",
+            "scene.nff:1: a light's colour is negative, expected three numbers >= 0");
+    refused(state, "l 1 2 3 -1 1 1\n",
+            "scene.nff:1: a light's colour is negative, expected three numbers >= 0");
+    refused(state, "l 1 2 3 1 1 -1\n",
             "scene.nff:1: a light's colour is negative, expected three numbers >= 0");
     refused(state, "f 1 1 1 1 0 1 0\n",
             "scene.nff:1: 'f' needs eight numbers: R G B Kd Ks Shine T ior");

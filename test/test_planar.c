@@ -47,6 +47,27 @@ static void test_disc_rim(void **state)
     assert_same(disc_crossings(&coin, &ray, &ALL_CROSSINGS, &exact).t[0], 4);
 }
 
+/* The last bit decides along every axis, also where the disc is oblique to the other two. */
+static void test_disc_rim_along_axes(void **state)
+{
+    static const double normals[][2] = {{0, 1}, {1, 0}, {0.6, 0.8}};
+    for (unsigned k = 0; k < 9; k++) {
+        unsigned a = k % 3, b = (a + 1) % 3, c = (a + 2) % 3;
+        double normal[3] = {0}, at[3] = {4, 4, 4}, way[3] = {-1, -1, -1};
+        normal[b] = normals[k / 3][0];
+        normal[c] = normals[k / 3][1];
+        at[a] = 2;
+        way[a] = 0;
+        struct disc disc = {.normal = vec3(normal[0], normal[1], normal[2]), .radius = 2};
+        struct ray ray = ray_along(vec3(at[0], at[1], at[2]), vec3(way[0], way[1], way[2]));
+        assert_same(disc_crossings(&disc, &ray, &ALL_CROSSINGS, &exact).t[0], 4);
+        at[a] = nextafter(2, 3);
+        ray.origin = vec3(at[0], at[1], at[2]);
+        struct crossings found = disc_crossings(&disc, &ray, &ALL_CROSSINGS, &exact);
+        assert_int_equal(count_ahead(&found), 0);
+    }
+}
+
 static void test_disc_slanted(void **state)
 {
     uint64_t random = 3;
@@ -112,6 +133,7 @@ int main(void)
         cmocka_unit_test(test_plane_from_both_sides),
         cmocka_unit_test(test_parallel),
         cmocka_unit_test(test_disc_rim),
+        cmocka_unit_test(test_disc_rim_along_axes),
         cmocka_unit_test(test_disc_slanted),
         cmocka_unit_test(test_disc_for_a_purpose),
         cmocka_unit_test(test_disc_bounds),

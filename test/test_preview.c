@@ -1,5 +1,6 @@
 /* Tests of the preview, which has the colours of the pre-pass. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "master/preview.h"
 #include "test/unit.h"
@@ -42,6 +43,33 @@ static void test_nearest_block(void **state)
     assert_true(red_at(&preview, 39, 19) == 3 && red_at(&preview, 40, 29) == 3);
     assert_true(red_at(&preview, 5, 25) == 1 && red_at(&preview, 20, 29) == 2);
     preview_free(&preview);
+}
+
+/* From one known block to all sides, and not from the end of a row to the next one. */
+static void test_all_sides(void **state)
+{
+    enum { COLUMNS = 4, ROWS = 3 };
+    for (uint32_t known = 0; known < COLUMNS * ROWS; known++)
+        for (uint32_t other = 0; other < COLUMNS * ROWS; other++) {
+            struct preview preview = {0};
+            const uint32_t at[2][2] = {{known % COLUMNS, known / COLUMNS},
+                                       {other % COLUMNS, other / COLUMNS}};
+            for (int i = 0; i < 2; i++) {
+                struct tile tile = probe(at[i][0], 1, at[i][1]);
+                float red = (float)(1 + i);
+                preview_put(&preview, COLUMNS * EDGE, ROWS * EDGE, &tile, (float[]){red, 0, 0});
+            }
+            preview_complete(&preview);
+            for (int block = 0; block < COLUMNS * ROWS; block++) {
+                int away[2];
+                for (int i = 0; i < 2; i++)
+                    away[i] =
+                        abs(block % COLUMNS - (int)at[i][0]) + abs(block / COLUMNS - (int)at[i][1]);
+                float red = preview.rgb[3 * block];
+                assert_true((red == 1 && away[0] <= away[1]) || (red == 2 && away[1] <= away[0]));
+            }
+            preview_free(&preview);
+        }
 }
 
 /* Probes that come later replace the colours that were filled in for them. */
@@ -93,6 +121,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest_block),
+        cmocka_unit_test(test_all_sides),
         cmocka_unit_test(test_completed_before_all_are_back),
         cmocka_unit_test(test_between_middles),
         cmocka_unit_test(test_nothing_known),
