@@ -45,10 +45,16 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
                                     uint32_t height, uint32_t samples);
 /* How often each tile is timed for a cost map: odd, so that there is a median. */
 extern unsigned bench_rounds;
-/* The message costs that the section "messages" has measured. */
+/* The message costs that the section "messages" has measured; of the master, when it serves without pause. */
 struct message_costs kept_messages(void);
 /* Measures the message costs at present, without what renderers spend besides tiles. */
 struct message_costs measure_messages(void);
+/* How many times as long as without pause the master serves in real runs of PAPER_PROCESSORS ranks: the median of
+ * several, of single samples or, for all other numbers, of SERVING_SAMPLES; and the same measured now, for the scene of
+ * this number. */
+#define SERVING_SAMPLES 16u
+double kept_serving(const struct bench_scene *scene, uint32_t samples);
+double measure_serving(unsigned scene, uint32_t samples);
 /* Measures the time slice: the seconds for which a process runs while another one waits for its processor. */
 double measure_slice(void);
 /* Measures which part of a core each of so many ranks but one uses while it waits for that one, in such a run

@@ -25,10 +25,10 @@ static FILE *open_wide(const char *kind, const struct bench_scene *scene, const 
 static void sweep(const struct bench_scene *scene, uint32_t samples, FILE *times, FILE *speedups)
 {
     struct picture_costs costs = scene_costs(scene, samples);
-    double serial = serial_seconds(&costs);
+    double serial = serial_seconds(&costs), serving = kept_serving(scene, samples);
     value_set(serial, "%s.%u.serial", scene->name, samples);
     for (uint32_t processors = 2; processors <= PAPER_PROCESSORS; processors++) {
-        struct machine machine = one_machine(processors);
+        struct machine machine = one_machine(processors, serving);
         if (times) fprintf(times, "%u", processors);
         if (speedups) fprintf(speedups, "%u", processors);
         for (unsigned k = 0; k < SCHEDULES; k++) {
@@ -66,7 +66,7 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
                            double (*value)(const struct sim_renderer *))
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
-    struct machine machine = one_machine(processors);
+    struct machine machine = one_machine(processors, kept_serving(scene, SAMPLES));
     struct sim_outcome outcomes[SCHEDULES];
     char *name = format_text("%s_%u", kind, processors);
     FILE *csv = open_wide(name, scene, "rank");
@@ -89,7 +89,7 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
 static void slow_one(const struct bench_scene *scene)
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
-    struct machine machine = one_machine(PAPER_PROCESSORS);
+    struct machine machine = one_machine(PAPER_PROCESSORS, kept_serving(scene, SAMPLES));
     double speeds[PAPER_PROCESSORS], worst = 0;
     struct sim_outcome outcome;
     schedule_simulate(SCHEDULE_DYNAMIC, &machine, &costs, &outcome);

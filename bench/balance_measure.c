@@ -27,6 +27,7 @@ static const struct {
     {"byte_s", "for every byte more", AT(byte_s)},
     {"service_s", "of the master for one result and its answer", AT(service_s)},
     {"service_tile_s", "beside that, for every tile of a lot", AT(service_tile_s)},
+    {"service_tile_large_s", "the same with 10,000 renderers", AT(service_tile_large_s)},
     {"service_pixel_s", "beside that, for every pixel", AT(service_pixel_s)},
     {"fetch_s", "beside that, for a result that is fetched", AT(fetch_s)},
     {"tray_s", "of the master for one result and its answer, through a tray", AT(tray_s)},
@@ -123,6 +124,37 @@ struct message_costs kept_messages(void)
     return costs;
 }
 
+static double measure_and_keep_serving(const struct bench_scene *scene, uint32_t samples)
+{
+    fprintf(stderr, "measuring how long the master serves %s, samples %u\n", scene->config,
+            samples);
+    double factor = measure_serving((unsigned)(scene - bench_scenes), samples);
+    value_set(factor, "serving.%s.%u", scene->name, samples);
+    return factor;
+}
+
+double kept_serving(const struct bench_scene *scene, uint32_t samples)
+{
+    if (samples > 1) samples = SERVING_SAMPLES;
+    double factor = value_get("serving.%s.%u", scene->name, samples);
+    return isnan(factor) ? measure_and_keep_serving(scene, samples) : factor;
+}
+
+static void put_serving(FILE *out)
+{
+    fprintf(out,
+            "\nIn runs of %d ranks on the cores of this machine the master serves that many "
+            "times as long, as its data are evicted from the caches between two answers "
+            "(medians). The simulated farms of the other sections take that into account:\n\n"
+            "| scene | 1 sample | %u |\n|---|---|---|\n",
+            PAPER_PROCESSORS, SERVING_SAMPLES);
+    for (unsigned s = 0; s < SCENES; s++) {
+        double single = measure_and_keep_serving(&bench_scenes[s], 1);
+        double many = measure_and_keep_serving(&bench_scenes[s], SERVING_SAMPLES);
+        fprintf(out, "| %s | %.1f | %.1f |\n", bench_scenes[s].name, single, many);
+    }
+}
+
 void section_messages(FILE *out)
 {
     struct message_costs costs = measure_and_keep();
@@ -133,6 +165,7 @@ void section_messages(FILE *out)
         MESSAGE_RUNS, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
         fprintf(out, "| %s | %.2e |\n", message_values[i].what, *value_at(&costs, i));
+    put_serving(out);
 }
 
 /* ---- costs ---- */

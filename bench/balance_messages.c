@@ -7,6 +7,7 @@
  *   service_s       of the master for one result and its answer: receiving, sending, posting the next
  *                   receive, as in master/post.c
  *   service_tile_s  of the queue for every tile: probes and predictions, handing out, finishing
+ *   service_tile_large_s   the same for a large picture on 10,000 renderers, whose data exceed the caches
  *   service_pixel_s for every pixel of the result: receiving, canvas
  *   fetch_s         in addition, for a result of more than RESULT_SHORT bytes
  *   tray_s, tray_pixel_s   replace service_s and service_pixel_s where result and answer go through a tray
@@ -226,21 +227,27 @@ static double send_flood(uint32_t edge)
 
 /* ---- the queue ---- */
 
-#define RENDERERS 44
+/* The lots that a renderer has: `lots` of them, from number `first` on. */
+struct held_lots {
+    struct tile tiles[LOTS_UNDER_WAY][LOT_TILES];
+    uint32_t counts[LOTS_UNDER_WAY], first, lots;
+};
 
 /*
- * The queue at work as the master uses it, for a picture of 640 x 480 at one sample per pixel, a fifth of which
- * is ten times as expensive as the rest: all renderers in turn answer one lot and ask for more.
+ * The queue at work as the master uses it, for a picture of which a fifth is ten times as expensive as the rest: all
+ * renderers in turn answer one lot and ask for more.
  */
 struct job {
     struct queue *queue;
     double now;
     unsigned finished;
-    struct {
-        struct tile tiles[LOTS_UNDER_WAY][LOT_TILES];
-        uint32_t counts[LOTS_UNDER_WAY], first, lots; /* from the first one on */
-    } renderers[RENDERERS];
+    uint32_t count;
+    struct held_lots *renderers; /* so many */
 };
+
+static const struct farm_size {
+    uint32_t width, height, samples, renderers;
+} usual_farm = {640, 480, 1, 44}, large_farm = {7680, 4320, 256, 10000};
 
 static double seconds_of(const struct tile *tile)
 {
@@ -262,7 +269,7 @@ static void finish_tile(struct job *job, uint32_t who, const struct tile *answer
         queue_probed(job->queue, &tile, probed);
     }
     seconds = queue_seconds(job->queue, who, seconds, seconds);
-    job->now += seconds_of(answered) / RENDERERS;
+    job->now += seconds_of(answered) / job->count;
     job->finished += queue_finish(job->queue, who, tile.id, job->now, seconds) == ANSWER_COUNTS;
     struct fate fate;
     while (queue_fate(job->queue, &fate))
@@ -308,7 +315,7 @@ static void ask(struct job *job, uint32_t who)
 static double work_off(struct job *job)
 {
     double start = clock_thread_cpu();
-    for (uint32_t who = 0; !queue_complete(job->queue); who = (who + 1) % RENDERERS) {
+    for (uint32_t who = 0; !queue_complete(job->queue); who = (who + 1) % job->count) {
         if (job->renderers[who].lots > 0) answer_lot(job, who);
         ask(job, who);
         job->now += 1e-7;
@@ -316,25 +323,33 @@ static double work_off(struct job *job)
     return (clock_thread_cpu() - start) / job->finished;
 }
 
-static double queue_time(void)
+/* The median of several times. */
+static double queue_time(const struct farm_size *farm, unsigned repeats)
 {
-    enum { REPEATS = 9, WIDTH = 640, HEIGHT = 480 };
-    static double times[REPEATS];
-    static struct job job;
-    for (int i = 0; i < REPEATS; i++) {
+    double *times = allocate(repeats, sizeof *times);
+    struct job job = {.count = farm->renderers};
+    job.renderers = allocate(farm->renderers, sizeof *job.renderers);
+    for (unsigned i = 0; i < repeats; i++) {
         struct queue_config config = {
             .schedule = SCHEDULE_DYNAMIC,
-            .width = WIDTH,
-            .height = HEIGHT,
-            .renderers = RENDERERS,
+            .width = farm->width,
+            .height = farm->height,
+            .renderers = farm->renderers,
             .master_renders = true,
-            .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, WIDTH, HEIGHT, 1, RENDERERS),
-            .probe_edge = queue_auto_probe_edge(WIDTH, HEIGHT, 1, RENDERERS)};
-        job = (struct job){.queue = queue_create(&config)};
+            .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, farm->width, farm->height, farm->samples,
+                                         farm->renderers),
+            .probe_edge =
+                queue_auto_probe_edge(farm->width, farm->height, farm->samples, farm->renderers)};
+        job.queue = queue_create(&config);
+        job.now = job.finished = 0;
+        memset(job.renderers, 0, farm->renderers * sizeof *job.renderers);
         times[i] = work_off(&job);
         queue_destroy(job.queue);
     }
-    return median_of(times, REPEATS);
+    double middle = median_of(times, repeats);
+    free(job.renderers);
+    free(times);
+    return middle;
 }
 
 static double nap_overshoot(void)
@@ -408,7 +423,8 @@ int main(void)
         printf("service_s %.3e\nservice_pixel_s %.3e\n", messages.result_s, messages.pixel_s);
         printf("fetch_s %.3e\n", large_lot - large_s);
         printf("tray_s %.3e\ntray_pixel_s %.3e\n", tray.result_s, tray.pixel_s);
-        printf("service_tile_s %.3e\n", queue_time());
+        printf("service_tile_s %.3e\n", queue_time(&usual_farm, 9));
+        printf("service_tile_large_s %.3e\n", queue_time(&large_farm, 3));
         printf("nap_s %.3e\n", nap_overshoot());
     } else {
         double small_lot = send_floods();

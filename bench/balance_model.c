@@ -1,4 +1,4 @@
-/* The section "model": the simulated farm compared with real runs. */
+/* The section "model": the simulated farm compared with real runs; and how long its master serves in such runs. */
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -38,16 +38,6 @@ static struct message_costs messages_of(const struct farm_run *run, const struct
     return costs;
 }
 
-static void scale_serving(struct message_costs *costs, double factor)
-{
-    costs->service_s *= factor;
-    costs->service_tile_s *= factor;
-    costs->service_pixel_s *= factor;
-    costs->fetch_s *= factor;
-    costs->tray_s *= factor;
-    costs->tray_pixel_s *= factor;
-}
-
 /* What is measured once for all rows, within the same minutes. */
 struct surroundings {
     struct message_costs messages;
@@ -59,36 +49,84 @@ static unsigned cores(void)
     return (unsigned)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
+/* A run that is simulated anew, and what it is given; replay_end() frees it. */
+struct replay {
+    struct machine machine;
+    struct picture_costs costs;
+    struct run_costs own;
+    double *starts;
+};
+
+static void replay_begin(struct replay *replay, unsigned scene, uint32_t samples,
+                         const struct farm_run *run, const struct trace *trace,
+                         const struct surroundings *around)
+{
+    replay->machine = (struct machine){.renderers = run->renderers,
+                                       .node_cores = 1,
+                                       .cores = cores(),
+                                       .slice_s = around->slice_s,
+                                       .master_renders = true,
+                                       .rings = true,
+                                       .messages = messages_of(run, trace, &around->messages)};
+    replay->costs = scene_costs(&bench_scenes[scene], samples);
+    run_costs_init(&replay->own, trace, replay->costs.map);
+    replay->costs.map = &replay->own.map;
+    replay->costs.run = &replay->own;
+    replay->starts = allocate(run->renderers, sizeof *replay->starts);
+    trace_starts(trace, run->renderers, replay->starts);
+    replay->machine.starts = replay->starts;
+}
+
+static void replay_end(struct replay *replay)
+{
+    run_costs_free(&replay->own);
+    free(replay->starts);
+}
+
+/*
+ * How many times as long the master serves in the run as without pause: between two answers its data are evicted from
+ * the caches. It is taken to be the same for everything that it does.
+ */
+static double serving_factor(enum schedule schedule, const struct replay *replay,
+                             const struct farm_run *run)
+{
+    struct sim_outcome outcome;
+    schedule_simulate(schedule, &replay->machine, &replay->costs, &outcome);
+    double factor = outcome.master_s > 0 ? serving_of(run) / outcome.master_s : 1;
+    sim_outcome_free(&outcome);
+    return factor;
+}
+
 static double simulated(unsigned scene, enum schedule schedule, const struct farm_run *run,
                         const struct trace *trace, const struct surroundings *around)
 {
-    struct picture_costs costs = scene_costs(&bench_scenes[scene], SAMPLES);
-    struct machine machine = {.renderers = run->renderers,
-                              .node_cores = 1,
-                              .cores = cores(),
-                              .slice_s = around->slice_s,
-                              .master_renders = true,
-                              .rings = true,
-                              .messages = messages_of(run, trace, &around->messages)};
-    struct run_costs own;
+    struct replay replay;
     struct sim_outcome outcome;
-    double *starts = allocate(run->renderers, sizeof *starts);
-    run_costs_init(&own, trace, costs.map);
-    costs.map = &own.map;
-    costs.run = &own;
-    trace_starts(trace, run->renderers, starts);
-    machine.starts = starts;
-    schedule_simulate(schedule, &machine, &costs, &outcome);
-    /* Between two answers the master's data are evicted from the caches, so that it takes some times longer than
-     * when it serves answers without pause: for everything it does, in the same proportions. */
-    if (outcome.master_s > 0) scale_serving(&machine.messages, serving_of(run) / outcome.master_s);
-    sim_outcome_free(&outcome);
-    schedule_simulate(schedule, &machine, &costs, &outcome);
+    replay_begin(&replay, scene, SAMPLES, run, trace, around);
+    scale_serving(&replay.machine.messages, serving_factor(schedule, &replay, run));
+    schedule_simulate(schedule, &replay.machine, &replay.costs, &outcome);
     double seconds = outcome.render_s;
     sim_outcome_free(&outcome);
-    run_costs_free(&own);
-    free(starts);
+    replay_end(&replay);
     return seconds;
+}
+
+double measure_serving(unsigned scene, uint32_t samples)
+{
+    double factors[RUNS];
+    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
+    for (unsigned i = 0; i < RUNS; i++) {
+        struct trace trace;
+        struct replay replay;
+        struct farm_run run = farm_run(PAPER_PROCESSORS, bench_scenes[scene].config, PICTURE,
+                                       "sampling.samples=%u output.trace=" TRACE, samples);
+        trace_read(&trace, TRACE);
+        replay_begin(&replay, scene, samples, &run, &trace, &around);
+        factors[i] = serving_factor(SCHEDULE_DYNAMIC, &replay, &run);
+        replay_end(&replay);
+        trace_free(&trace);
+    }
+    return median_of(factors, RUNS);
 }
 
 /*

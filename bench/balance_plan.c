@@ -33,6 +33,7 @@ static struct machine large_machine(uint32_t renderers, uint32_t node_cores, dou
     machine.master_renders = false;
     machine.messages.latency_s = latency_s;
     machine.messages.byte_s = NETWORK_BYTE_S;
+    machine.messages.service_tile_s = machine.messages.service_tile_large_s;
     return machine;
 }
 

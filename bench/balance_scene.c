@@ -4,9 +4,11 @@
 #include "bench/balance.h"
 #include "bench/balance_schedules.h"
 
+/* The master's answers have about the same length for all scenes. */
 static void put_row(const struct picture_costs *costs, double serial, uint32_t processors)
 {
-    struct machine machine = one_machine(processors);
+    struct machine machine =
+        one_machine(processors, kept_serving(&bench_scenes[0], costs->samples));
     printf("| %u |", processors);
     for (unsigned k = 0; k < SCHEDULES; k++) {
         struct sim_outcome outcome;

@@ -70,10 +70,21 @@ struct machine apart_machines(uint32_t processors)
                             .messages = kept_messages()};
 }
 
-struct machine one_machine(uint32_t processors)
+void scale_serving(struct message_costs *costs, double factor)
+{
+    costs->service_s *= factor;
+    costs->service_tile_s *= factor;
+    costs->service_pixel_s *= factor;
+    costs->fetch_s *= factor;
+    costs->tray_s *= factor;
+    costs->tray_pixel_s *= factor;
+}
+
+struct machine one_machine(uint32_t processors, double serving)
 {
     struct machine machine = apart_machines(processors);
     machine.rings = true;
+    scale_serving(&machine.messages, serving);
     return machine;
 }
 
@@ -89,7 +100,7 @@ struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t sampl
 
 double serial_seconds(const struct picture_costs *costs)
 {
-    struct machine machine = one_machine(1);
+    struct machine machine = one_machine(1, 1);
     struct sim_outcome outcome;
     schedule_simulate(SCHEDULE_DYNAMIC, &machine, costs, &outcome);
     double seconds = outcome.render_s;
