@@ -26,13 +26,23 @@
 
 /* ---- how large they are ---- */
 
+/*
+ * The tiles of the dynamic schedule for each processor. Few samples are rendered so soon that the master, which takes
+ * some microseconds for a tile, would be busy all the time with more: with 100 in place of 25, single samples of twelve
+ * scenes with 640 x 480 pixels on 44 processors take 1.2 times as long, on 32 1.1 times, on 16 as long. With 25, four
+ * samples of the lantern take 8 % longer there, those of the other eleven as long.
+ */
+static uint64_t dynamic_wanted(uint32_t samples)
+{
+    return samples < 4 ? 25 : samples < 16 ? 100 : 400;
+}
+
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
                          uint32_t processors)
 {
-    const uint32_t many_samples = 16;
     bool dynamic = schedule == SCHEDULE_DYNAMIC;
     uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
-    if (dynamic) wanted = (samples < many_samples ? UINT64_C(100) : UINT64_C(400)) * processors;
+    if (dynamic) wanted = dynamic_wanted(samples) * processors;
     uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
     while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
         edge /= 2;
