@@ -42,7 +42,7 @@ PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev zli
 
 # Further packages for the benches that compare the farm with other programs.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
-BESIDE_PEERS   := bench-kernel bench-error
+BESIDE_PEERS   := bench bench-kernel bench-error
 
 # Shell commands that install the missing ones of these packages.
 install_missing = missing=""; for p in $(1); do \

@@ -114,7 +114,7 @@ static double simulated(unsigned scene, enum schedule schedule, const struct far
 double measure_serving(unsigned scene, uint32_t samples)
 {
     double factors[RUNS];
-    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
+    struct surroundings around = {.messages = kept_messages(), .slice_s = measure_slice()};
     for (unsigned i = 0; i < RUNS; i++) {
         struct trace trace;
         struct replay replay;

@@ -40,12 +40,10 @@ static const struct section {
 
 bool sections_known(const char *list)
 {
-    size_t words = 1, known = 0;
-    for (const char *c = list; *c; c++)
-        words += *c == ',';
+    size_t known = 0;
     for (size_t i = 0; i < SECTIONS; i++)
         known += is_listed(list, sections[i].name);
-    return known == words;
+    return known == listed_words(list);
 }
 
 void sections_list(FILE *out)

@@ -40,9 +40,14 @@ static int turn_bit(FILE *file, long at, unsigned bit)
     return byte == EOF || fseek(file, at, SEEK_SET) || fputc(byte ^ (1 << bit), file) == EOF;
 }
 
+static bool is_known(const char *what)
+{
+    return strcmp(what, "count") == 0 || strcmp(what, "tear") == 0 || strcmp(what, "flip") == 0;
+}
+
 int main(int argc, char **argv)
 {
-    FILE *file = argc < 3 ? NULL : fopen(argv[2], "r+b");
+    FILE *file = argc >= 3 && is_known(argv[1]) ? fopen(argv[2], "r+b") : NULL;
     if (!file || fseek(file, 0, SEEK_END)) {
         fprintf(stderr, "usage: faults_journal count|tear|flip FILE [NUMBER]\n");
         return 2;

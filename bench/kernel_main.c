@@ -54,8 +54,10 @@ static double number_option(const char *text, double least, double most)
 
 static void choose_programs(struct options *options, const char *list)
 {
+    size_t known = 0;
     for (unsigned p = 0; p < PROGRAM_COUNT; p++)
-        options->programs[p] = is_listed(list, program_names[p]);
+        known += options->programs[p] = is_listed(list, program_names[p]);
+    if (known != listed_words(list)) usage("a program is unknown");
 }
 
 static void read_option(struct options *options, const char *name, const char *value)
@@ -257,9 +259,18 @@ static bool is_chosen(const struct options *options, size_t i)
     return is_listed(options->scenes, all_scenes[i].name);
 }
 
+static void check_scenes(const char *list)
+{
+    size_t known = 0;
+    for (size_t i = 0; i < SCENE_COUNT; i++)
+        known += is_listed(list, all_scenes[i].name);
+    if (known != listed_words(list)) usage("a scene is unknown");
+}
+
 int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
+    if (options.scenes) check_scenes(options.scenes);
     if (!programs_found(&options)) return 1;
     struct scene_results *results = allocate_zeroed(SCENE_COUNT, sizeof *results);
     struct canvas pictures[SCENE_COUNT * PROGRAM_COUNT] = {{0}};

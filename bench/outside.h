@@ -32,6 +32,15 @@ static inline bool is_listed(const char *list, const char *word)
     return false;
 }
 
+/* The number of words in a list with commas. */
+static inline size_t listed_words(const char *list)
+{
+    size_t words = 1;
+    for (const char *c = list; *c; c++)
+        words += *c == ',';
+    return words;
+}
+
 /* Runs a shell command, which is formatted as by printf; returns its exit status, -1: a signal has ended it. */
 __attribute__((format(printf, 1, 2))) static inline int run_shell(const char *format, ...)
 {

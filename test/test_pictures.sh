@@ -73,12 +73,6 @@ for extension in png hdr; do
     check "$extension files are identical too" same
 done
 
-# MPI sends messages over its network path.
-for schedule in dynamic cyclic; do
-    same() { MPIR_CVAR_NOLOCAL=1 render t.pfm 4 farm.schedule=$schedule && cmp reference.pfm t.pfm; }
-    check "messages as between machines, $schedule" same
-done
-
 # nodes NUMBER OPENED OVERRIDE...: a run on NUMBER simulated nodes (test/several_nodes.c), each with its own scene,
 # which exchange messages instead of sharing memory. OPENED: how often shared memory must be opened: twice by each rank
 # that is not the first of its node, to test whether it can and to map it. A rank alone on its node shares no memory.
@@ -98,6 +92,8 @@ for schedule in dynamic cyclic; do
     check "every other one, $schedule" nodes 2 6 farm.schedule=$schedule
     check "two ranks on one of four nodes, $schedule" nodes 4 2 farm.schedule=$schedule
     check "rank 0 only serves, $schedule" nodes 3 4 farm.schedule=$schedule farm.master_renders=no
+    network() { MPIR_CVAR_NOLOCAL=1 nodes 5 0 farm.schedule=$schedule; }
+    check "messages over the network path of MPI, $schedule" network
 done
 # The three other ranks then test once more whether they can open the memory.
 refused() {
