@@ -49,12 +49,14 @@ extern unsigned bench_rounds;
 struct message_costs kept_messages(void);
 /* Measures the message costs at present, without what renderers spend besides tiles. */
 struct message_costs measure_messages(void);
-/* How many times as long as without pause the master serves in real runs of PAPER_PROCESSORS ranks: the median of
- * several, of single samples or, for all other numbers, of SERVING_SAMPLES; and the same measured now, for the scene of
- * this number. */
+/* Measures how many times as long as without pause the master serves in real runs of PAPER_PROCESSORS ranks under
+ * `dynamic`: the median of several. scene: its index in bench_scenes. */
+double measure_serving(unsigned scene, uint32_t samples);
+/* The factor that was measured for single samples, or for SERVING_SAMPLES from FEW_SAMPLES on, whose tiles are smaller
+ * (queue_auto_edge()). It is measured first if there is none. */
+#define FEW_SAMPLES     4u
 #define SERVING_SAMPLES 16u
 double kept_serving(const struct bench_scene *scene, uint32_t samples);
-double measure_serving(unsigned scene, uint32_t samples);
 /* Measures the time slice: the seconds for which a process runs while another one waits for its processor. */
 double measure_slice(void);
 /* Measures which part of a core each of so many ranks but one uses while it waits for that one, in such a run

@@ -22,7 +22,8 @@ static void simulate_run(const struct bench_scene *scene, const struct record *r
                          unsigned count, struct sim_outcome *outcome)
 {
     struct picture_costs costs = scene_costs(scene, record->view.min_samples);
-    struct machine machine = one_machine(count, kept_serving(scene, SERVING_SAMPLES));
+    struct machine machine =
+        one_machine(count, count > 1 ? kept_serving(scene, SERVING_SAMPLES) : 1);
     costs.record = record;
     schedule_simulate(SCHEDULE_DYNAMIC, &machine, &costs, outcome);
 }

@@ -27,7 +27,8 @@ static const struct {
     {"byte_s", "for every byte more", AT(byte_s)},
     {"service_s", "of the master for one result and its answer", AT(service_s)},
     {"service_tile_s", "beside that, for every tile of a lot", AT(service_tile_s)},
-    {"service_tile_large_s", "the same with 10,000 renderers", AT(service_tile_large_s)},
+    {"service_tile_large_s", "the same for 7680 x 4320 pixels and 10,000 renderers",
+     AT(service_tile_large_s)},
     {"service_pixel_s", "beside that, for every pixel", AT(service_pixel_s)},
     {"fetch_s", "beside that, for a result that is fetched", AT(fetch_s)},
     {"tray_s", "of the master for one result and its answer, through a tray", AT(tray_s)},
@@ -135,7 +136,7 @@ static double measure_and_keep_serving(const struct bench_scene *scene, uint32_t
 
 double kept_serving(const struct bench_scene *scene, uint32_t samples)
 {
-    if (samples > 1) samples = SERVING_SAMPLES;
+    samples = samples < FEW_SAMPLES ? 1 : SERVING_SAMPLES;
     double factor = value_get("serving.%s.%u", scene->name, samples);
     return isnan(factor) ? measure_and_keep_serving(scene, samples) : factor;
 }

@@ -7,7 +7,7 @@
  *   service_s       of the master for one result and its answer: receiving, sending, posting the next
  *                   receive, as in master/post.c
  *   service_tile_s  of the queue for every tile: probes and predictions, handing out, finishing
- *   service_tile_large_s   the same for a large picture on 10,000 renderers, whose data exceed the caches
+ *   service_tile_large_s   the same for a large picture on many renderers, whose tiles exceed the caches
  *   service_pixel_s for every pixel of the result: receiving, canvas
  *   fetch_s         in addition, for a result of more than RESULT_SHORT bytes
  *   tray_s, tray_pixel_s   replace service_s and service_pixel_s where result and answer go through a tray
@@ -245,6 +245,7 @@ struct job {
     struct held_lots *renderers; /* so many */
 };
 
+/* The paper's, and one of the section "plan". */
 static const struct farm_size {
     uint32_t width, height, samples, renderers;
 } usual_farm = {640, 480, 1, 44}, large_farm = {7680, 4320, 256, 10000};

@@ -4,7 +4,7 @@
 #include "bench/balance.h"
 #include "bench/balance_schedules.h"
 
-/* The master's answers have about the same length for all scenes. */
+/* How long the master serves is not measured for this scene: that of the first one stands for it. */
 static void put_row(const struct picture_costs *costs, double serial, uint32_t processors)
 {
     struct machine machine =

@@ -22,7 +22,7 @@
 struct message_costs {
     double latency_s, byte_s;
     double service_s, service_tile_s, service_pixel_s;
-    double service_tile_large_s; /* in place of service_tile_s, with 10,000 renderers */
+    double service_tile_large_s; /* in place of service_tile_s, with 7680 x 4320 pixels */
     /* The master's additional cost of a message of more than RESULT_SHORT bytes. */
     double fetch_s;
     double tray_s, tray_pixel_s; /* replace service_s and service_pixel_s for results in a tray */

@@ -336,14 +336,18 @@ static void put_nonfinite(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Where glass is open, or on other glass but for a rounding, the picture may not be what its maker meant. */
+/* Where glass is open, or on other glass but for a rounding, the picture may not be what its maker meant; or it is the
+ * half-space behind a plane. */
 static void put_media(struct table *table, const struct report *report)
 {
     struct render_counts counts = report_picture_counts(report);
     double unmatched = (double)counts.unmatched_media, open = (double)counts.open_media;
     if (unmatched > 0)
-        flow(table, "rays left glass unentered %s times", figure_count(unmatched).text);
-    if (open > 0) flow(table, "%s rays never came out of glass", figure_count(open).text);
+        flow(table, "rays left glass unentered %s time%s", figure_count(unmatched).text,
+             unmatched == 1 ? "" : "s");
+    if (open > 0)
+        flow(table, "%s ray%s never came out of glass", figure_count(open).text,
+             open == 1 ? "" : "s");
     end_flow(table);
 }
 

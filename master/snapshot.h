@@ -9,7 +9,8 @@
 
 #include "master/canvas.h"
 
-/* Snapshots keep the master from serving for no more than this part of the time. */
+/* Snapshots keep the master from serving for no more than this part of the time, and so do rows of errors between
+ * passes (master/watch.h). */
 #define SERVING_MOST 0.05
 
 struct snapshot {

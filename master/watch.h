@@ -36,8 +36,9 @@ struct watch {
  * with logarithmic axes. */
 #define ROW_FACTOR 1.25
 
-/* Seconds from the start to the next row, if the last one was added at `elapsed` and took took_s. A row of a large
- * adaptive picture, whose pixels are all summed, takes as long as many tiles, and nobody is served meanwhile. */
+/* Seconds from the start to the next row between passes, if the last one was added at `elapsed` and took took_s. A row
+ * of a large adaptive picture, whose pixels are all summed, takes as long as many tiles, and nobody is served
+ * meanwhile. */
 static inline double watch_next_row(double elapsed, double took_s)
 {
     return larger_number(elapsed * ROW_FACTOR, elapsed + took_s / SERVING_MOST);

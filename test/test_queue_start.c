@@ -73,7 +73,8 @@ static void test_auto_edge(void **state)
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 2), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 12), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 44), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 49), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 100), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 101), 8);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 4, 44), 8);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 15, 12), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 12), 8);

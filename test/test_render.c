@@ -455,6 +455,7 @@ static void test_wall_as_thin_as_rounding(void **state)
         render_scene(builder, &view, SIZE, SIZE, &picture);
         assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
         assert_true(picture.counts.truncation == 0);
+        assert_int_equal(picture.counts.unmatched_media + picture.counts.open_media, 0);
         for (uint32_t i = 0; i < SIZE * SIZE * 3; i++)
             assert_true(picture.rgb[i] == 1);
     }

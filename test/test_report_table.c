@@ -322,6 +322,9 @@ static void test_table_of_open_glass(void **state)
     report.picture.unmatched_media = 12;
     assert_table_has(&report, 80,
                      "\nrays left glass unentered 12 times, 2.3k rays never came out of glass\n");
+    report.picture.unmatched_media = report.picture.open_media = 1;
+    assert_table_has(&report, 80,
+                     "\nrays left glass unentered 1 time, 1 ray never came out of glass\n");
 }
 
 static void test_table_of_many(void **state)

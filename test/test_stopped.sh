@@ -24,7 +24,7 @@ stops() {
     [ -e note ] && [ "$got" -eq "$want" ]
 }
 # noted SECONDS: waits until the rank stops, or this script has ended; looks that often.
-noted() { while kill -0 $$ 2>/dev/null && [ ! -s note ]; do sleep "$1"; done; }
+noted() { while kill -0 $$ 2>/dev/null && [ ! -s note ]; do sleep "$1"; done; [ -s note ]; }
 # Rank 1 must be named in a message and in the report.
 named() { grep -q '^farm: warning: rank 1 on .* answers no more' err.txt && grep -q '"rank": 1,.*"silent": 1' t.json; }
 renderer() { stops 0 tile 3 && cmp reference.pfm t.pfm && named; }
@@ -39,7 +39,7 @@ check "before it has opened the memory of its node" memory
 early() {
     for try in 1 2 3; do # what rank 0 leaves with got lost in every second run
         rm -f note
-        { noted 0.1; sleep 0.5; pkill -TERM -P "$(pgrep -P $$ -x timeout)"; } &
+        { noted 0.1 && sleep 0.5 && pkill -TERM -P "$(pgrep -P $$ -x timeout)"; } &
         stops 75 share 3 farm.patience=60 &&
             grep -q "^farm: stopped before rendering had begun" err.txt && [ ! -e t.journal ] || return 1
     done
@@ -62,7 +62,7 @@ check "a renderer that sends a message" message
 # use.
 goes_on() { # SECONDS
     rm -f note # of an earlier run
-    { noted 0.05; sleep "$1"; kill -CONT "$(cat note)"; } &
+    { noted 0.05 && sleep "$1" && kill -CONT "$(cat note)"; } &
     stops 0 later 3 farm.patience=1 sampling.samples=1000 && cmp longer.pfm t.pfm
 }
 longer() { run 0 farm_n 2 "$SCENE" sampling.samples=1000 image.width=160 image.height=120 \

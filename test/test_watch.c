@@ -45,7 +45,7 @@ static void test_end(void **state)
     ended(&watch);
 }
 
-/* Rows come ever more seldom, and no more often than a twentieth of the time allows. */
+/* Rows between passes come ever more seldom, and no more often than a twentieth of the time allows. */
 static void test_next_row(void **state)
 {
     (void)state;

@@ -163,7 +163,8 @@ static void move_outside(struct renderer *renderer, uint32_t point)
 }
 
 /* Where two surfaces meet, the point on each may be before the other one. They would be crossed in turn for ever, also
- * by a ray that gets away from them too slowly: therefore it moves along the normal of the surface, too. */
+ * by a ray that gets away from them too slowly: therefore it moves along the normal of the surface, too, by more than
+ * points are rounded. */
 static void move_on(struct ray *ray, struct vec3 normal)
 {
     double distance = ORDER_ERROR * vec_largest(ray->origin);
