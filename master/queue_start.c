@@ -30,8 +30,8 @@
  * The tiles of the dynamic schedule for each processor. Few samples are rendered so soon that the master, which takes
  * some microseconds for a tile, would be busy all the time with more. Where it takes 2.3 us, single samples of twelve
  * scenes with 640 x 480 pixels take 1.2 times as long on 44 processors with 100 in place of 12, on 32 1.1 times, on 16
- * as long; with 25 those of the garden take 1.2 times as long on 64. Where it takes 1.5 us, lantern and garden on 44
- * take as long. With 12, four samples of the lantern on 44 take 8 % longer, those of the other eleven as long.
+ * as long; with 25 those of the garden take 1.2 times as long on 64. Where it takes 1.5 us, it is 1.09 times on 44 and
+ * 1.03 on 32. With 12, four samples of the lantern on 44 take 8 % longer, those of the other eleven as long.
  */
 static uint64_t dynamic_wanted(uint32_t samples)
 {
