@@ -55,8 +55,10 @@ static double number_option(const char *text, double least, double most)
 static void choose_programs(struct options *options, const char *list)
 {
     size_t known = 0;
-    for (unsigned p = 0; p < PROGRAM_COUNT; p++)
-        known += options->programs[p] = is_listed(list, program_names[p]);
+    for (unsigned p = 0; p < PROGRAM_COUNT; p++) {
+        options->programs[p] = is_listed(list, program_names[p]);
+        known += options->programs[p];
+    }
     if (known != listed_words(list)) usage("a program is unknown");
 }
 
