@@ -52,6 +52,18 @@ static void test_faces(void **state)
     free(scene);
 }
 
+/* Up to four numbers may follow a vertex: a weight, a colour, or both. */
+static void test_numbers_behind_vertices(void **state)
+{
+    struct scratch *s = *state;
+    struct scene *scene =
+        loaded(state, "v 0 0 0\nv 1 0 0 1\nv 1 1 0 .5 .5 .5\nv 0 1 0 1 .5 .5 .5\nf 1 2 3 4\n", "");
+    assert_int_equal(triangles_of(scene), 2);
+    assert_true(scene_vertices(scene)[3].x == 0 && scene_vertices(scene)[3].y == 1);
+    assert_string_equal(s->said, "");
+    free(scene);
+}
+
 /* An index may be missing after its slash, also at the end of the file. */
 static void test_empty_indices(void **state)
 {
@@ -349,6 +361,25 @@ static void test_library_between_uses(void **state)
     assert_string_equal(s->said,
                         "mesh.obj:5: warning: no material is called 'red', the mesh's own is "
                         "used, expected one of base\n");
+    free(scene);
+}
+
+/* What stands before the first material of a file belongs to none, not to the last one of the file before, whose
+ * materials are complete. */
+static void test_statements_before_materials(void **state)
+{
+    struct scratch *s = *state;
+    write_text("one.mtl", "newmtl glass\nKd 1 0 0\nd 0.5\n");
+    write_text("two.mtl", "Kd 0 1 0\nd 0\nnewmtl blue\nKd 0 0 1\n");
+    struct scene *scene = loaded(state,
+                                 "mtllib one.mtl\nmtllib two.mtl\n" SQUARE
+                                 "usemtl glass\nf 1 2 3\nusemtl blue\nf 1 3 4\n",
+                                 "");
+    const struct material *glass = material_of(scene, 0);
+    assert_true(glass->color.x == 1 && glass->color.y == 0 && glass->transmission == 0.5);
+    assert_true(glass->diffuse == 0.5 && glass->ambient == 0.05);
+    assert_true(material_of(scene, 1)->color.z == 1 && material_of(scene, 1)->transmission == 0);
+    assert_string_equal(s->said, "");
     free(scene);
 }
 
@@ -679,6 +710,24 @@ static void test_crease_angle(void **state)
     free(scene);
 }
 
+/* An angle above 90 degrees is a limit, too: the edge of a prism of three sides is sharp below 120. A face without an
+ * area does not make it smooth. */
+static void test_obtuse_crease_angle(void **state)
+{
+#define WEDGE "v 0 0 0\nv 1 0 0\nv .5 0 0\nv 0 1 0\nv 0 .5 .8660254\n"
+    static const struct {
+        const char *obj, *smooth;
+        uint64_t patches;
+    } cases[] = {{WEDGE "f 1 2 4\nf 2 1 5\n", "smooth = 119\n", 0},
+                 {WEDGE "f 1 2 4\nf 2 1 5\n", "smooth = 121\n", 2},
+                 {WEDGE "f 1 2 4\nf 2 1 3\nf 3 1 5\nf 2 3 5\n", "smooth = 119\n", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct scene *scene = loaded(state, cases[i].obj, cases[i].smooth);
+        assert_int_equal(patches_of(scene), cases[i].patches);
+        free(scene);
+    }
+}
+
 /* Normals do not depend on the size of a mesh, be it so large or small that areas cannot be represented. */
 static void test_crease_angle_of_any_size(void **state)
 {
@@ -952,6 +1001,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_numbers_behind_vertices),
         cmocka_unit_test(test_empty_indices),
         cmocka_unit_test(test_crossing_polygons),
         cmocka_unit_test(test_text_form),
@@ -966,6 +1016,7 @@ int main(void)
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_library_between_uses),
+        cmocka_unit_test(test_statements_before_materials),
         cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_one_warning_of_textures),
         cmocka_unit_test(test_one_warning_of_emission),
@@ -981,6 +1032,7 @@ int main(void)
         cmocka_unit_test(test_bumpy_grid),
         cmocka_unit_test(test_placement),
         cmocka_unit_test(test_crease_angle),
+        cmocka_unit_test(test_obtuse_crease_angle),
         cmocka_unit_test(test_edges_of_the_crease_angle),
         cmocka_unit_test(test_normals_that_cancel_out),
         cmocka_unit_test(test_crease_angle_of_any_size),
