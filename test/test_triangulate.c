@@ -162,6 +162,20 @@ static void test_bridge_between_holes(void **state)
     }
 }
 
+/* Slits in a square, without any width: what has the end of one in it is no ear. */
+static void test_slits(void **state)
+{
+    enum { COUNT = 10 };
+    static const double shape[COUNT][2] = {{0, 0}, {4, 0}, {4, 2}, {1, 2.5}, {4, 2},
+                                           {4, 4}, {2, 4}, {2, 3}, {2, 4},   {0, 4}};
+    for (size_t begin = 0; begin < COUNT; begin++) {
+        double flat[COUNT][2];
+        for (size_t i = 0; i < COUNT; i++)
+            memcpy(flat[i], shape[(begin + i) % COUNT], sizeof flat[i]);
+        check_all_round((const double(*)[2])flat, COUNT, COUNT - 2);
+    }
+}
+
 static void test_nearly_flat_and_far_sizes(void **state)
 {
     static const double scales[] = {1e-310, 1e-150, 1, 1e150, 8e307};
@@ -402,6 +416,7 @@ int main(void)
         cmocka_unit_test(test_duplicate_corners),
         cmocka_unit_test(test_bridge_to_a_hole),
         cmocka_unit_test(test_bridge_between_holes),
+        cmocka_unit_test(test_slits),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_no_area_and_crossings_end),
         cmocka_unit_test(test_bumpy_grid),
