@@ -98,6 +98,39 @@ static void test_many_of_each_kind(void **state)
     free(scene);
 }
 
+/* A face with vertices of its own; the turn says which of its corners comes first. */
+static void add_face(struct builder *builder, uint32_t number, uint32_t turn, uint32_t normal)
+{
+    uint32_t v[3];
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t corner = (i + turn) % 3;
+        v[i] = add_vertex(builder, vec3(number, corner == 1, corner == 2));
+    }
+    struct triangle triangle = {{v[0], v[1], v[2]}, 0};
+    struct patch patch = {{v[0], v[1], v[2]}, {normal, normal, normal}, 0};
+    assert_added(builder_add_triangle(builder, &triangle));
+    assert_added(builder_add_patch(builder, &patch));
+}
+
+/* Each face at once and again after all others, when what has been left out has moved those in between. */
+static void test_many_faces(void **state)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    uint32_t normal = add_normal(builder, vec3(1, 0, 0));
+    for (uint32_t i = 0; i < 3000; i++)
+        add_face(builder, i < 2000 ? i / 2 : i - 2000, i % 3, normal);
+    struct view view = small_view(EDGE);
+    struct scene *scene = finish_in_view(builder, &view);
+    assert_int_equal(scene->primitives[PRIMITIVE_TRIANGLE].count, 1000);
+    assert_int_equal(scene->primitives[PRIMITIVE_PATCH].count, 1000);
+    for (uint32_t i = 0; i < 1000; i++) {
+        assert_true(scene_vertices(scene)[scene_triangles(scene)[i].vertex[0]].x == i);
+        assert_true(scene_vertices(scene)[scene_patches(scene)[i].vertex[0]].x == i);
+    }
+    free(scene);
+}
+
 /* ---- pictures ---- */
 
 /* 2^64 / the golden ratio: turns consecutive numbers into unrelated states of random_below(). */
@@ -214,9 +247,8 @@ static void test_pictures_are_the_same(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_the_first_of_equals_is_left),
-        cmocka_unit_test(test_all_are_left),
-        cmocka_unit_test(test_many_of_each_kind),
+        cmocka_unit_test(test_the_first_of_equals_is_left), cmocka_unit_test(test_all_are_left),
+        cmocka_unit_test(test_many_of_each_kind),           cmocka_unit_test(test_many_faces),
         cmocka_unit_test(test_pictures_are_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
