@@ -560,16 +560,16 @@ static void test_glass_faces_in_one_place(void **state)
     snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\n", mesh);
     write_text("mesh.obj", obj);
     assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n", "");
-    snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\nf 2 4 1\n", mesh);
+    snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\nf 2 4 1\nf 4 1 2\n", mesh);
     write_text("mesh.obj", obj);
     assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n",
                 "scene.ini:5: warning: " DOUBLES
-                "1 in all; the first is here and coincides with another one here\n");
+                "2 in all; the first is here and coincides with another one here\n");
     assert_said(state,
                 CLEAR "[mesh m]\nfile = mesh.obj\n"
                       "[mesh n]\nfile = mesh.obj\nmaterial = clear\ntranslate = 0 0 1\n",
                 "scene.ini:7: warning: " DOUBLES
-                "1 in all; the first is here and coincides with another one here\n");
+                "2 in all; the first is here and coincides with another one here\n");
 }
 
 int main(void)
