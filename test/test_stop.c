@@ -16,6 +16,7 @@ static int end_after(int first, int second, useconds_t pause)
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
+        signal(first, SIG_DFL); /* nohup or UCX may have set what SIGHUP does */
         stop_ignore_file_limit();
         stop_install(0);
         stop_defer();
@@ -69,24 +70,49 @@ static void test_goes_on(void **state)
     }
 }
 
-/* Signals that come while ranks leave do not change the status, as everything is done. */
+/* Signals that come while ranks leave do not change the status, as everything is done; nor does a second one after one
+ * that came while the picture was rendered. */
 static void test_too_late(void **state)
 {
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 6; i++) {
         int status = 0;
         pid_t child = fork();
         assert_true(child >= 0);
         if (child == 0) {
             stop_install(0);
             stop_defer();
+            if (i >= 3) {
+                raise(SIGTERM);
+                usleep(150000);
+            }
             stop_watch_the_end(STATUS_DONE);
-            raise(kinds[i]);
+            raise(kinds[i % 3]);
             _exit(9);
         }
         assert_int_equal(waitpid(child, &status, 0), child);
         assert_true(WIFEXITED(status));
         assert_int_equal(WEXITSTATUS(status), 9);
     }
+}
+
+/* A start that is over ends no run, however long that takes. An end that takes too long is left with the run's own
+ * status. */
+static void test_watches(void **state)
+{
+    int status = 0;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        stop_watch_the_start(60);
+        stop_unwatch_the_start();
+        if (alarm(0) > 0) _exit(8);
+        stop_watch_the_end(7);
+        if (alarm(0) == 0) _exit(9);
+        raise(SIGALRM);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 7);
 }
 
 /* What came while MPI started is the first signal of a run. */
@@ -163,6 +189,7 @@ int main(void)
         cmocka_unit_test(test_same_twice),
         cmocka_unit_test(test_goes_on),
         cmocka_unit_test(test_too_late),
+        cmocka_unit_test(test_watches),
         cmocka_unit_test(test_held),
         cmocka_unit_test(test_seen_off_at_once),
         cmocka_unit_test(test_see_off_stopped),
