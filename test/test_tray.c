@@ -58,6 +58,23 @@ static void test_flags(void **state)
     free(arrivals);
 }
 
+/* Counts begin anew at 0 after 2^32: what comes then is no less news. */
+static void test_counts_begin_anew(void **state)
+{
+    struct tray tray;
+    struct arrivals *arrivals = arrivals_create(2);
+    tray_init(&tray);
+    atomic_store(&tray.sent, UINT32_MAX);
+    atomic_store(&arrivals->messages, UINT32_MAX);
+    assert_false(tray_has_news(&tray, UINT32_MAX) || arrivals_has_messages(arrivals, UINT32_MAX));
+    tray_count_sent(&tray);
+    arrivals_send(arrivals);
+    assert_true(tray_has_news(&tray, UINT32_MAX) && arrivals_has_messages(arrivals, UINT32_MAX));
+    assert_false(tray_has_news(&tray, 0) || arrivals_has_messages(arrivals, 0));
+    tray_free(&tray);
+    free(arrivals);
+}
+
 #define TURNS 20000
 
 /* The trays of two renderers, and the state of reading them. */
@@ -492,6 +509,7 @@ int main(void)
         cmocka_unit_test(test_slots),
         cmocka_unit_test(test_slots_apart),
         cmocka_unit_test(test_flags),
+        cmocka_unit_test(test_counts_begin_anew),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lots_and_results),
         cmocka_unit_test(test_flag_that_comes_late),
