@@ -232,7 +232,7 @@ $(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
 $(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
 $(BUILD)/test/test_journal: WRAPPED := -Wl,--wrap=fdatasync
 $(BUILD)/test/test_save: WRAPPED := -Wl,--wrap=pwrite
-$(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
+$(BUILD)/test/test_snapshot $(BUILD)/test/test_thread_pool: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c bench/balance_costs*.c)) \

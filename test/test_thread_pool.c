@@ -1,4 +1,6 @@
 /* Tests of threads that run loops in parallel. */
+#include <errno.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <time.h>
@@ -84,6 +86,33 @@ static void test_cpu_time(void **state)
     assert_true(thread_pool_cpu_s(NULL) == 0);
 }
 
+static int threads_left = INT32_MAX; /* how many more can be created */
+
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
+                          void *(*start)(void *), void *argument);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
+                          void *(*start)(void *), void *argument);
+
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
+                          void *(*start)(void *), void *argument)
+{
+    if (threads_left-- <= 0) return EAGAIN;
+    return __real_pthread_create(thread, attributes, start, argument);
+}
+
+/* Where no more threads can be created, those that there are do the work, if need be the caller alone. */
+static void test_too_few_threads(void **state)
+{
+    for (int left = 0; left <= 2; left++) {
+        threads_left = left;
+        struct thread_pool *pool = thread_pool_create(8);
+        assert_int_equal(thread_pool_size(pool), left + 1);
+        check_loop(pool, 100);
+        thread_pool_destroy(pool);
+    }
+    threads_left = INT32_MAX;
+}
+
 /* The caller is one of the threads. */
 static void test_sizes(void **state)
 {
@@ -98,10 +127,9 @@ static void test_sizes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_loops),
-        cmocka_unit_test(test_nobody),
-        cmocka_unit_test(test_cpu_time),
-        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_loops),           cmocka_unit_test(test_nobody),
+        cmocka_unit_test(test_cpu_time),        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_too_few_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
