@@ -1,10 +1,11 @@
-/* Tests of which bytes are printable, and of the sizes of allocated blocks. */
+/* Tests of which bytes are printable, of the sizes of allocated blocks, and of the end of a job. */
 #include <malloc.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/message.h"
+#include "test/fatal.h"
 #include "test/unit.h"
 
 /* Encodes the number in UTF-8 with this number of bytes, which may be more than it needs. */
@@ -93,13 +94,31 @@ static void test_grow(void **state)
     free(items);
 }
 
+static void end_job(int status)
+{
+    fprintf(stderr, "all end\n");
+    _exit(status);
+}
+
+static void fail_as_rank(void *rank)
+{
+    message_set_rank(*(int *)rank, end_job);
+    fatal("there is no %s", "way on");
+}
+
+/* A rank that cannot go on says which it is, and ends the others as well. */
+static void test_fatal(void **state)
+{
+    int rank = 12;
+    assert_fatal(fail_as_rank, &rank, "farm: rank 12: there is no way on\nall end\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_printable),
-        cmocka_unit_test(test_unprintable),
-        cmocka_unit_test(test_large_blocks),
-        cmocka_unit_test(test_grow),
+        cmocka_unit_test(test_printable),    cmocka_unit_test(test_unprintable),
+        cmocka_unit_test(test_large_blocks), cmocka_unit_test(test_grow),
+        cmocka_unit_test(test_fatal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
