@@ -28,6 +28,15 @@ static void put_uneven_pass(struct farm *farm, double seconds)
     free(part);
 }
 
+/* Whether a pass is cut off once it is known that so much time is left, wall seconds. */
+static bool is_cut_with(struct farm *farm, double left)
+{
+    farm->service.deadline = clock_wall() + left;
+    farm->server.next_cut = 0; /* it is time to look again */
+    follow_passes(&farm->server);
+    return farm->server.is_cut;
+}
+
 /* The samples that the run then asks for, in seconds that as many took in the last pass; 0: none, as they would come
  * too late. *took: the wall seconds of this function, during which the run's clock goes on. */
 static double asked_for(struct standing standing, double *took)
@@ -60,6 +69,8 @@ static double asked_for(struct standing standing, double *took)
     assert_false(farm->server.last_pass);
     double seconds = adaptive_work(adaptive, &all).samples / samples * rendered;
     assert_true((seconds > 0) == !queue_complete(farm->service.queue));
+    for (int look = 0; look < 5 && seconds > 0; look++) /* pass 0 alone is cut off */
+        assert_false(is_cut_with(farm, 0.1));
     watch_free(&farm->watch);
     adaptive_destroy(adaptive);
     farm_close(farm);
@@ -113,17 +124,8 @@ static void test_time_is_kept(void **state)
     farm_close(farm);
 }
 
-/* Whether pass 0 is cut off once it is known that so much time is left, wall seconds. */
-static bool is_cut_with(struct farm *farm, double left)
-{
-    farm->service.deadline = clock_wall() + left;
-    farm->server.next_cut = 0; /* it is time to look again */
-    follow_passes(&farm->server);
-    return farm->server.is_cut;
-}
-
 /* Pass 0 is cut off when it is going to be late at some looks in a row: a renderer that is late for a moment makes the
- * end look further away. What waits is withdrawn then. */
+ * end look further away. What waits is withdrawn then, and how long all of it would have taken is kept. */
 static void test_cut_when_late(void **state)
 {
     struct farm *farm = farm_open(&small_tiles);
@@ -132,10 +134,12 @@ static void test_cut_when_late(void **state)
     farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-5);
     farm->server.last_pass = false;
     farm->server.start -= 10;
+    farm->server.rendered_before = -30; /* so that this run has rendered for 30 s */
     hand_out(&farm->server, 1);
     finish_all(&farm->server, 100);
     hand_out(&farm->server, 1);
     uint32_t tiles = queue_count(queue).tiles;
+    double done = queue_count(queue).share_finished;
     for (int look = 0; look < 20; look++) {
         bool late = look % 3 > 0;
         assert_false(is_cut_with(farm, late ? 50 : 1e9));
@@ -146,6 +150,7 @@ static void test_cut_when_late(void **state)
     assert_int_equal(queue_count(queue).tiles, tiles);
     assert_true(is_cut_with(farm, 50));
     assert_true(queue_count(queue).tiles < tiles);
+    assert_true(fabs(farm->server.cut_s * done - 30) < 1e-9);
     adaptive_destroy(farm->service.adaptive);
     farm_close(farm);
 }
