@@ -62,7 +62,17 @@ static void test_limit(void **state)
     allocation_destroy(allocation);
 }
 
-/* The limit within an effort takes at most that effort, and the next lower limit takes more. */
+/* The pixels of test_limit_within(), one by one: the effort that they take under a limit. */
+static double effort_under(double limit)
+{
+    double effort = 0;
+    for (int i = 1; i < 40; i++)
+        effort += i * pow(exp2(allocation_doublings(exp2(-0.3 * i), limit, 3)) - 1, EFFORT_POWER);
+    return effort;
+}
+
+/* The limit within an effort takes at most that effort, also of the pixels one by one, and the next lower limit takes
+ * more. */
 static void test_limit_within(void **state)
 {
     struct allocation *allocation = allocation_create(1);
@@ -72,7 +82,7 @@ static void test_limit_within(void **state)
     for (double share = 0.01; share < 1; share += 0.09) {
         double effort = share * most, limit = allocation_limit_within(allocation, effort);
         double taken = allocation_under(allocation, limit).effort;
-        assert_true(taken > 0 && taken <= effort);
+        assert_true(taken > 0 && taken <= effort && effort_under(limit) <= 1.000001 * effort);
         assert_true(allocation_under(allocation, limit / 1.126).effort > effort);
         limit = allocation_limit_within(allocation, taken);
         assert_true(allocation_under(allocation, limit).effort == taken);
@@ -108,7 +118,8 @@ static void test_extremes(void **state)
     allocation_destroy(allocation);
 }
 
-/* Two allocations with half of the pixels each, joined, equal one with all pixels. */
+/* Two allocations with a part of the pixels each, joined, equal one with all pixels, also where only the other has
+ * pixels of some gain. */
 static void test_join(void **state)
 {
     struct allocation *whole = allocation_create(1), *halves[2];
@@ -117,7 +128,7 @@ static void test_join(void **state)
     for (int i = 0; i < 64; i++) {
         double gain = exp2(i / 4 - 8);
         allocation_add(whole, gain, gain, i, (unsigned)i % LEVEL_MAX);
-        allocation_add(halves[i % 2], gain, gain, i, (unsigned)i % LEVEL_MAX);
+        allocation_add(halves[i % 2 || i >= 48], gain, gain, i, (unsigned)i % LEVEL_MAX);
     }
     allocation_join(halves[0], halves[1]);
     assert_true(allocation_squares(halves[0]) == allocation_squares(whole));
