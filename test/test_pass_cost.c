@@ -155,6 +155,30 @@ static void test_tile_across_blocks(void **state)
     end(&it);
 }
 
+/* A picture that cells divide without a rest: tiles at its ends are no exception. */
+static void test_whole_cells(void **state)
+{
+    enum { EDGE = 32 };
+    const struct tile whole = {.w = EDGE, .h = EDGE, .step = 1};
+    const float zero[3] = {0, 0, 0}, rays = 2;
+    uint8_t next[EDGE * EDGE];
+    struct canvas canvas;
+    struct statistics statistics;
+    canvas_init(&canvas, EDGE, EDGE);
+    statistics_init(&statistics, &view, &canvas);
+    struct pass_cost *cost = pass_cost_create(EDGE, EDGE);
+    for (size_t i = 0; i < EDGE * EDGE; i++)
+        statistics_put(&statistics, i, 1, &(struct new_samples){zero, zero, zero, &rays});
+    pass_cost_took(cost, &whole, 8);
+    memset(next, 2, sizeof next); /* as many samples again */
+    pass_cost_predict(cost, &statistics, next, NULL);
+    check_close(pass_cost_of(cost, &whole), 8);
+    check_close(pass_cost_of(cost, &(struct tile){.x = 24, .y = 16, .w = 8, .h = 16}), 1);
+    pass_cost_destroy(cost);
+    statistics_free(&statistics);
+    canvas_free(&canvas);
+}
+
 /* Where the clock has seen nothing, the mean of the picture counts; if it has never seen anything, nothing is known. */
 static void test_unseen_time(void **state)
 {
@@ -178,6 +202,7 @@ int main(void)
         cmocka_unit_test(test_places),
         cmocka_unit_test(test_later_passes),
         cmocka_unit_test(test_tile_across_blocks),
+        cmocka_unit_test(test_whole_cells),
         cmocka_unit_test(test_unseen_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
