@@ -1,7 +1,9 @@
 /* How many samples the next pass gives to each pixel, by its error, by the cost of its samples and by the time there
  * is. */
 #include <math.h>
+#include <stdlib.h>
 
+#include "common/message.h"
 #include "test/adaptive_by_hand_fixture.h"
 #include "test/unit.h"
 
@@ -136,12 +138,39 @@ static void test_cost_of_all_samples(void **state)
     }
 }
 
+/* A picture so large that it is planned in several parts, the lower half of which has larger errors: all parts count in
+ * what fits into the time. */
+static void test_large_picture(void **state)
+{
+    enum { ROW = 1024, ROWS = 1280, COUNT = ROW * ROWS };
+    const struct tile whole = {.w = ROW, .h = ROWS, .step = 1};
+    struct view view = view_of(4, 4096);
+    struct canvas canvas;
+    canvas_init(&canvas, ROW, ROWS);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    float *part = allocate_zeroed(COUNT, REFINED_FLOATS * sizeof *part);
+    struct pixel_floats to = pixel_floats(part, COUNT, true);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        to.spread[i] = i < COUNT / 2 ? APART / 100 : APART;
+        to.rays[i] = 1;
+        for (uint32_t c = 3 * i; c < 3 * i + 3; c++)
+            to.difference[c] = to.spread[i];
+    }
+    adaptive_put(adaptive, &whole, part, 1);
+    assert_true(adaptive_plan(adaptive, 2));
+    double share = adaptive_work(adaptive, &whole).samples / (2 * 4.0 * COUNT);
+    assert_true(share > 0.4 && share < 1.2);
+    free(part);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pass_within_seconds),  cmocka_unit_test(test_plan_by_its_limit),
         cmocka_unit_test(test_spread_of_all_passes), cmocka_unit_test(test_dear_pixels_get_less),
-        cmocka_unit_test(test_cost_of_all_samples),
+        cmocka_unit_test(test_cost_of_all_samples),  cmocka_unit_test(test_large_picture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
