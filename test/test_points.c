@@ -324,6 +324,33 @@ static void test_far_scenes(void **state)
     compare_scenes((struct recipe){&random, 1, 0, {1e9, -1e8, 3e7}}, 20);
 }
 
+/* Points in edges where two surfaces meet are moved away from the other one, also where lanes are sure of them. */
+static void test_corners(void **state)
+{
+    enum { COUNT = 64 };
+    static struct points points;
+    struct ray rays[COUNT];
+    struct hit hits[COUNT];
+    uint64_t exact = 0;
+    unsigned moved = 0;
+    struct builder *builder = builder_create();
+    struct plane floor = {.normal = {0, 1, 0}}, wall = {.normal = {1, 0, 0}};
+    add_material(builder, vec3(1, 1, 1), 0);
+    assert_added(builder_add_plane(builder, &floor));
+    assert_added(builder_add_plane(builder, &wall));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    for (unsigned i = 0; i < COUNT; i++)
+        rays[i] = ray_to(vec3(1 + i % 8, 1 + i / 8, 3), vec3(0, 0, i));
+    nearest(scene, bvh, rays, COUNT, hits, &exact);
+    compare_points(scene, bvh, rays, hits, hits, COUNT, &points);
+    for (unsigned i = 0; i < COUNT; i++)
+        moved += points.point.x[i] > 0 || points.point.y[i] > 0;
+    assert_true(points.count == COUNT && moved > COUNT / 2);
+    free(bvh);
+    free(scene);
+}
+
 /* Where single points need scaling, lanes are not sure. */
 static void test_scenes_of_any_size(void **state)
 {
@@ -834,6 +861,7 @@ int main(void)
         cmocka_unit_test(test_order_of_extremes),
         cmocka_unit_test(test_ordinary_scenes),
         cmocka_unit_test(test_far_scenes),
+        cmocka_unit_test(test_corners),
         cmocka_unit_test(test_scenes_of_any_size),
         cmocka_unit_test(test_any_triangles),
         cmocka_unit_test(test_triangles_from_afar),
