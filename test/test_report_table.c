@@ -327,6 +327,23 @@ static void test_table_of_open_glass(void **state)
                      "\nrays left glass unentered 1 time, 1 ray never came out of glass\n");
 }
 
+static void test_table_of_very_many_rays(void **state)
+{
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    uint64_t *rays = renderers[0].counts.rays;
+    rays[RAY_PRIMARY] = 20;
+    rays[RAY_REFLECTION] = 500;
+    rays[RAY_REFRACTION] = 1499;
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "per sample"));
+    free(text);
+    rays[RAY_REFRACTION] = 45600;
+    assert_table_has(
+        &report, 80,
+        "\n2.3k reflected and refracted rays per sample: a larger render.cutoff takes fewer\n");
+}
+
 static void test_table_of_many(void **state)
 {
     static struct renderer_stats renderers[RANKS];
@@ -382,6 +399,7 @@ int main(void)
         cmocka_unit_test(test_table_fits),
         cmocka_unit_test(test_table_extremes),
         cmocka_unit_test(test_table_of_open_glass),
+        cmocka_unit_test(test_table_of_very_many_rays),
         cmocka_unit_test(test_table_of_many),
         cmocka_unit_test(test_table_of_some),
     };
