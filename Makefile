@@ -182,9 +182,15 @@ $(BUILD)/%.o: %.c Makefile $(BUILD)/flags
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) $(CFLAGS) $< -o $@
 
-# The checksum of the sources, see common/build.h.
 CODE := $(sort $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch]))
-$(BUILD)/common/build.o: common/build.c $(CODE) Makefile $(BUILD)/flags
+
+# The list of the sources: if one has been removed, the program is linked again.
+$(BUILD)/sources: $(if $(findstring |$(CODE)|,|$(file <$(BUILD)/sources)|),,FORCE)
+	@mkdir -p $(@D)
+	@echo '$(CODE)' >$@
+
+# The checksum of the sources, see common/build.h.
+$(BUILD)/common/build.o: common/build.c $(CODE) Makefile $(BUILD)/flags $(BUILD)/sources
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) $< -o $@
@@ -373,10 +379,10 @@ bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
-# What the program lacks of the kernel is compiled, at least.
+# What the program lacks of the kernel, and programs of benches without a test, are compiled, at least.
 test: all $(ALL_LEVELS:%=$(BUILD)/kernel_%.o) $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel \
         $(BUILD)/bench/omit $(BUILD)/bench/balance $(FAULTS) $(BUILD)/test/several_nodes.so \
-        $(BUILD)/bench/error_truncation
+        $(addprefix $(BUILD)/bench/,balance_messages error_tool error_truncation)
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit BALANCE=$(BUILD)/bench/balance FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
