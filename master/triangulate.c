@@ -310,25 +310,62 @@ static uint32_t find_fallback(struct triangulation *out, uint32_t start)
     return best;
 }
 
+/* ---- spikes ---- */
+
+/* Whether the outline comes back along the edge on which it has come to this corner. */
+static bool is_spike(const struct corner *corners, uint32_t index)
+{
+    const struct corner *corner = &corners[index];
+    return same_place(&corners[corner->prev], &corners[corner->next]);
+}
+
+/*
+ * Cuts off the spike at this corner, if there is one, with all that comes back along the same edges. Where an ear has
+ * been cut off beside it, that is what is left of a lobe that touches the rest of the polygon in a corner, or hangs on
+ * a bridge. It has no area, but a triangle of the corner at its foot would span from one lobe to the other. (Tips of
+ * slits, which have the polygon on both sides, only come with the outline.) Subtracts from *left the corners that it
+ * cuts off; returns the corner before the spike, or this one if there is none.
+ */
+static uint32_t cut_spike(struct triangulation *out, uint32_t index, size_t *left)
+{
+    const struct corner *corners = out->corners;
+    while (*left >= 3 && is_spike(corners, index)) {
+        index = cut(out, index);
+        --*left;
+        /* The two feet stay, which may have normals of their own, unless they are the tip of a longer spike. */
+        uint32_t foot = corners[index].next;
+        if (!same_place(&corners[corners[index].prev], &corners[corners[foot].next])) break;
+        cut(out, foot);
+        --*left;
+    }
+    return index;
+}
+
+/* ---- the whole ---- */
+
 /* Ear clipping; false if it takes more looks than it may. */
 static bool clip(struct triangulation *out, size_t count)
 {
     struct corner *corners = out->corners;
     uint64_t most = (uint64_t)POLYGON_LOOKS * count;
     uint32_t at = 0;
+    size_t left = count;
     project(out->points, count, corners);
     begin_grid(out->grid, corners, count);
     out->looks = 0;
     for (uint32_t i = 0; i < count; i++)
         update_turn(out, i);
     update_ears(out, at);
-    for (size_t left = count; left >= 3; left--) {
+    while (left >= 3) {
         if (out->looks > most) return false;
         if (!find_ear(out, &at)) at = find_fallback(out, at);
         emit(out, at);
+        at = cut(out, at);
+        left--;
+        at = cut_spike(out, at, &left);
         /* Going on at the corner after next keeps the triangles of a round outline from becoming a
          * fan of slivers. */
-        at = corners[corners[cut(out, at)].next].next;
+        at = corners[cut_spike(out, corners[at].next, &left)].next;
     }
     return true;
 }

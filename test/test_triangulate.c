@@ -60,6 +60,18 @@ static void check_all_round(const double (*flat)[2], size_t count, size_t expect
     free(reversed);
 }
 
+/* The polygon is checked with each of its corners as the first. */
+static void check_from_each(const double (*flat)[2], size_t count, size_t expected)
+{
+    double turned[16][2];
+    assert_true(count <= 16);
+    for (size_t first = 0; first < count; first++) {
+        for (size_t i = 0; i < count; i++)
+            memcpy(turned[i], flat[(first + i) % count], sizeof turned[i]);
+        check_all_round((const double(*)[2])turned, count, expected);
+    }
+}
+
 static void test_simple_shapes(void **state)
 {
     static const double square[][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -154,12 +166,21 @@ static void test_bridge_between_holes(void **state)
     static const double shape[COUNT][2] = {{0, 0}, {7, 0}, {7, 4}, {0, 4}, {0, 0}, {1, 1},
                                            {1, 3}, {3, 3}, {4, 1}, {4, 3}, {6, 3}, {6, 1},
                                            {4, 1}, {3, 3}, {3, 1}, {1, 1}};
-    for (size_t begin = 0; begin < COUNT; begin++) {
-        double flat[COUNT][2];
-        for (size_t i = 0; i < COUNT; i++)
-            memcpy(flat[i], shape[(begin + i) % COUNT], sizeof flat[i]);
-        check_all_round((const double(*)[2])flat, COUNT, COUNT - 2);
-    }
+    check_from_each(shape, COUNT, COUNT - 2);
+}
+
+/* Lobes that meet in a corner, or at the ends of a bridge: when all of a lobe has been cut off, a spike without area is
+ * left, and what lies between the lobes must not be filled. */
+static void test_touching_lobes(void **state)
+{
+    static const double two[][2] = {{-1, -1}, {0, 0}, {1, -1}, {1, 1}, {0, 0}, {-1, 1}};
+    static const double three[][2] = {{0, 0},  {4, -1}, {4, 1},   {0, 0},  {-1, 4},
+                                      {-3, 3}, {0, 0},  {-3, -3}, {-1, -4}};
+    static const double bridge[][2] = {{0, 0}, {2, 0}, {2, 1}, {4, 1}, {4, 0}, {6, 0},
+                                       {6, 2}, {4, 2}, {4, 1}, {2, 1}, {2, 2}, {0, 2}};
+    check_from_each(two, 6, 2);
+    check_from_each(three, 9, 3);
+    check_from_each(bridge, 12, 6);
 }
 
 /* Slits in a square, without any width: what has the end of one in it is no ear. */
@@ -168,12 +189,7 @@ static void test_slits(void **state)
     enum { COUNT = 10 };
     static const double shape[COUNT][2] = {{0, 0}, {4, 0}, {4, 2}, {1, 2.5}, {4, 2},
                                            {4, 4}, {2, 4}, {2, 3}, {2, 4},   {0, 4}};
-    for (size_t begin = 0; begin < COUNT; begin++) {
-        double flat[COUNT][2];
-        for (size_t i = 0; i < COUNT; i++)
-            memcpy(flat[i], shape[(begin + i) % COUNT], sizeof flat[i]);
-        check_all_round((const double(*)[2])flat, COUNT, COUNT - 2);
-    }
+    check_from_each(shape, COUNT, COUNT - 2);
 }
 
 static void test_nearly_flat_and_far_sizes(void **state)
@@ -417,6 +433,7 @@ int main(void)
         cmocka_unit_test(test_bridge_to_a_hole),
         cmocka_unit_test(test_bridge_between_holes),
         cmocka_unit_test(test_slits),
+        cmocka_unit_test(test_touching_lobes),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_no_area_and_crossings_end),
         cmocka_unit_test(test_bumpy_grid),
