@@ -117,7 +117,7 @@ static bool skip_normal(struct obj *obj)
     if (finite || !scan_at_end(&obj->scan)) return false;
     if (!obj->told_not_finite)
         user_warning(obj->mesh->path, obj->scan.line,
-                     "a normal that is not finite counts as none, as do others");
+                     "normals that are not finite count as none, the first one here");
     obj->told_not_finite = true;
     return true;
 }
