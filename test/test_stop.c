@@ -109,6 +109,7 @@ static void test_watches(void **state)
         stop_watch_the_end(7);
         if (alarm(0) == 0) _exit(9);
         raise(SIGALRM);
+        _exit(10);
     }
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFEXITED(status));
