@@ -159,28 +159,26 @@ static uint32_t *cell_of(struct grid *grid, const struct corner *corner)
 /* ---- ears ---- */
 
 /*
- * Whether the outline goes on from corner p, which coincides with corner b of the triangle (a, b, c), into the
- * triangle: it may leave the triangle again without another corner in it.
+ * Whether corner p of the outline, none of the triangle's own, prevents the triangle (a, b, c) from being an ear. On
+ * the edges ab and bc, which are part of the outline, other parts of it may lie, too: there p only does if the outline
+ * goes on into the triangle, which it may leave again without another corner in it.
  */
-static bool runs_inside(const struct corner *corners, const struct corner *p,
-                        const struct corner *a, const struct corner *b, const struct corner *c)
-{
-    uint32_t ends[2] = {p->prev, p->next};
-    for (int i = 0; i < 2; i++) {
-        const struct corner *end = &corners[ends[i]];
-        if (turn_of(b, c, end) > 0 && turn_of(a, b, end) > 0) return true;
-    }
-    return false;
-}
-
-/* Whether corner p of the outline, none of the triangle's own, prevents the triangle from being an ear. */
 static bool blocks(const struct corner *corners, const struct corner *p, const struct corner *a,
                    const struct corner *b, const struct corner *c)
 {
-    if (same_place(p, a)) return runs_inside(corners, p, c, a, b);
-    if (same_place(p, b)) return runs_inside(corners, p, a, b, c);
-    if (same_place(p, c)) return runs_inside(corners, p, b, c, a);
-    return turn_of(a, b, p) >= 0 && turn_of(b, c, p) >= 0 && turn_of(c, a, p) >= 0;
+    double ab = turn_of(a, b, p);
+    if (ab < 0) return false;
+    double bc = turn_of(b, c, p);
+    if (bc < 0) return false;
+    double ca = turn_of(c, a, p);
+    if (ca < 0) return false;
+    if (ab > 0 && bc > 0) return true;
+    const struct corner *ends[2] = {&corners[p->prev], &corners[p->next]};
+    for (int i = 0; i < 2; i++)
+        if ((ab > 0 || turn_of(a, b, ends[i]) > 0) && (bc > 0 || turn_of(b, c, ends[i]) > 0) &&
+            (ca > 0 || turn_of(c, a, ends[i]) > 0))
+            return true;
+    return false;
 }
 
 struct box {

@@ -169,6 +169,24 @@ static void test_bridge_between_holes(void **state)
     check_from_each(shape, COUNT, COUNT - 2);
 }
 
+/* Two holes, whose bridges have a corner in the middle, on one of their sides only. */
+static void test_bridges_with_a_corner_on_one_side(void **state)
+{
+    enum { COUNT = 18 };
+    static const double shape[COUNT][2] = {{0, 0}, {12, 0}, {12, 12}, {0, 12}, {0, 0}, {2, 4},
+                                           {2, 8}, {4, 10}, {4, 8},   {2, 4},  {1, 2}, {0, 0},
+                                           {2, 1}, {4, 2},  {8, 4},   {10, 4}, {8, 2}, {4, 2}};
+    struct vec3 polygon[COUNT], reversed[COUNT];
+    for (int first = 0; first < COUNT; first++) {
+        for (int i = 0; i < COUNT; i++) {
+            const double *p = shape[(first + i) % COUNT];
+            polygon[i] = reversed[COUNT - 1 - i] = vec3(p[0], p[1], 0);
+        }
+        check(polygon, COUNT, COUNT - 2);
+        check(reversed, COUNT, COUNT - 2);
+    }
+}
+
 /* Lobes that meet in a corner, or at the ends of a bridge: when all of a lobe has been cut off, a spike without area is
  * left, and what lies between the lobes must not be filled. */
 static void test_touching_lobes(void **state)
@@ -432,6 +450,7 @@ int main(void)
         cmocka_unit_test(test_duplicate_corners),
         cmocka_unit_test(test_bridge_to_a_hole),
         cmocka_unit_test(test_bridge_between_holes),
+        cmocka_unit_test(test_bridges_with_a_corner_on_one_side),
         cmocka_unit_test(test_slits),
         cmocka_unit_test(test_touching_lobes),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
