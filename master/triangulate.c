@@ -37,9 +37,88 @@ struct grid {
  * DBL_EPSILON, and cause no complaint. */
 #define ROUNDING 1e-12
 
+/* ---- orientation ---- */
+
+/*
+ * An exact predicate, after J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
+ * Predicates", Discrete & Computational Geometry 18, 1997. Rounded, a corner on an edge would lie beside it, where the
+ * outline seems to cross itself.
+ */
+
+/* The rounding error of sum = a + b (Knuth's TwoSum). */
+static double error_of_sum(double a, double b, double sum)
+{
+    double part = sum - a;
+    return (a - (sum - part)) + (b - part);
+}
+
+/* A sum without error. Its components do not overlap, are ordered by size, and none is 0. */
+struct expansion {
+    double components[16];
+    int count;
+};
+
+static void add(struct expansion *sum, double number)
+{
+    int kept = 0;
+    for (int i = 0; i < sum->count; i++) {
+        double component = sum->components[i], high = number + component;
+        double error = error_of_sum(number, component, high);
+        if (error != 0) sum->components[kept++] = error;
+        number = high;
+    }
+    if (number != 0) sum->components[kept++] = number;
+    sum->count = kept;
+}
+
+static void add_product(struct expansion *sum, double a, double b)
+{
+    double product = a * b;
+    add(sum, fma(a, b, -product));
+    add(sum, product);
+}
+
+/* a - b without error: rounded, and the rest. */
+static void subtract(double a, double b, double difference[2])
+{
+    difference[0] = a - b;
+    difference[1] = error_of_sum(a, -b, difference[0]);
+}
+
+/* turn_of() of triangles that are small or have no area. Not inlined, as that would make the others slower. */
+static __attribute__((noinline)) double
+small_turn_of(const struct corner *a, const struct corner *b, const struct corner *c)
+{
+    double ab_x[2], ab_y[2], ac_x[2], ac_y[2];
+    subtract(b->x, a->x, ab_x);
+    subtract(b->y, a->y, ab_y);
+    subtract(c->x, a->x, ac_x);
+    subtract(c->y, a->y, ac_y);
+    double left = ab_x[0] * ac_y[0], right = ab_y[0] * ac_x[0];
+    /* Shewchuk's ccwerrboundA */
+    double error = (3 + 16 * 0x1p-53) * 0x1p-53 * (fabs(left) + fabs(right));
+    if (fabs(left - right) >= error) return left - right;
+    /* Mostly the differences are exact. Then Kahan's difference of products has the right sign. */
+    if (ab_x[1] == 0 && ab_y[1] == 0 && ac_x[1] == 0 && ac_y[1] == 0)
+        return fma(ab_x[0], ac_y[0], -right) - fma(ab_y[0], ac_x[0], -right);
+    struct expansion turn = {.count = 0};
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 2; j++) {
+            add_product(&turn, ab_x[i], ac_y[j]);
+            add_product(&turn, -ab_y[i], ac_x[j]);
+        }
+    return turn.count > 0 ? turn.components[turn.count - 1] : 0;
+}
+
+/*
+ * Twice the area of (a, b, c), > 0 if it is counter-clockwise. Its sign is exact unless a coordinate that is not 0 is
+ * less than 2^-400 of the polygon's size: products may underflow then.
+ */
 static double turn_of(const struct corner *a, const struct corner *b, const struct corner *c)
 {
-    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+    double turn = (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+    /* No difference is above 2, so that the error is at most 24 * 2^-53. */
+    return fabs(turn) > 0x1p-48 ? turn : small_turn_of(a, b, c);
 }
 
 static bool same_place(const struct corner *a, const struct corner *b)
@@ -62,25 +141,25 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     return exponent + 1;
 }
 
-/* The corners relative to the first one, scaled to that size. */
+/* The corners, scaled to that size. Their origin stays, as to subtract a corner would round. */
 static void shrink(const struct vec3 *polygon, size_t count, struct vec3 *points)
 {
     int exponent = size_exponent(polygon, count);
     /* In two steps, as the whole factor may lie outside of the range of double. */
     double first = ldexp(1, -exponent / 2), second = ldexp(1, -exponent - -exponent / 2);
-    struct vec3 origin = vec_scale(vec_scale(polygon[0], first), second);
     for (size_t i = 0; i < count; i++)
-        points[i] = vec_sub(vec_scale(vec_scale(polygon[i], first), second), origin);
+        points[i] = vec_scale(vec_scale(polygon[i], first), second);
 }
 
 /* Newell's normal: its components are twice the areas of the polygon's projections along the axes. */
 static struct vec3 newell_normal(const struct vec3 *points, size_t count)
 {
     struct vec3 normal = vec3(0, 0, 0);
-    struct vec3 a = points[count - 1];
+    struct vec3 a = vec_sub(points[count - 1], points[0]);
     for (size_t i = 0; i < count; i++) {
-        normal = vec_add(normal, vec_cross(a, points[i]));
-        a = points[i];
+        struct vec3 b = vec_sub(points[i], points[0]);
+        normal = vec_add(normal, vec_cross(a, b));
+        a = b;
     }
     return normal;
 }

@@ -37,9 +37,9 @@ struct triangulation {
 /*
  * Divides a simple polygon of 3 to POLYGON_MAX_CORNERS corners, convex or not, planar or nearly so (it is projected
  * along the dominant axis of its normal). Corners may coincide, be collinear, or touch each other where lobes meet or a
- * hole is joined to the outline. n corners give n - 2 triangles; from five corners on, triangles without area are left
- * out. A polygon that crosses itself is improper. Returns NULL, or a constant text that says what is wrong: it takes
- * more than POLYGON_LOOKS.
+ * hole is joined to the outline: which side of an edge a corner is on is decided exactly. n corners give n - 2
+ * triangles; from five corners on, triangles without area are left out. A polygon that crosses itself is improper.
+ * Returns NULL, or a constant text that says what is wrong: it takes more than POLYGON_LOOKS.
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
 

@@ -169,22 +169,44 @@ static void test_bridge_between_holes(void **state)
     check_from_each(shape, COUNT, COUNT - 2);
 }
 
+/* A flat polygon is checked with each of its corners as the first, and reversed. */
+static void check_exactly(const double (*flat)[2], size_t count)
+{
+    struct vec3 polygon[20], reversed[20];
+    assert_true(count <= 20);
+    for (size_t first = 0; first < count; first++) {
+        for (size_t i = 0; i < count; i++) {
+            const double *p = flat[(first + i) % count];
+            polygon[i] = reversed[count - 1 - i] = vec3(p[0], p[1], 0);
+        }
+        check(polygon, count, count - 2);
+        check(reversed, count, count - 2);
+    }
+}
+
 /* Two holes, whose bridges have a corner in the middle, on one of their sides only. */
 static void test_bridges_with_a_corner_on_one_side(void **state)
 {
-    enum { COUNT = 18 };
-    static const double shape[COUNT][2] = {{0, 0}, {12, 0}, {12, 12}, {0, 12}, {0, 0}, {2, 4},
-                                           {2, 8}, {4, 10}, {4, 8},   {2, 4},  {1, 2}, {0, 0},
-                                           {2, 1}, {4, 2},  {8, 4},   {10, 4}, {8, 2}, {4, 2}};
-    struct vec3 polygon[COUNT], reversed[COUNT];
-    for (int first = 0; first < COUNT; first++) {
-        for (int i = 0; i < COUNT; i++) {
-            const double *p = shape[(first + i) % COUNT];
-            polygon[i] = reversed[COUNT - 1 - i] = vec3(p[0], p[1], 0);
-        }
-        check(polygon, COUNT, COUNT - 2);
-        check(reversed, COUNT, COUNT - 2);
+    static const double shape[][2] = {{0, 0}, {12, 0}, {12, 12}, {0, 12}, {0, 0}, {2, 4},
+                                      {2, 8}, {4, 10}, {4, 8},   {2, 4},  {1, 2}, {0, 0},
+                                      {2, 1}, {4, 2},  {8, 4},   {10, 4}, {8, 2}, {4, 2}};
+    check_exactly(shape, 18);
+}
+
+/* A slit with a corner on one of its sides, which lies on the other one exactly: rounded differences of coordinates do
+ * not tell. */
+static void test_corners_exactly_on_an_edge(void **state)
+{
+    enum { COUNT = 7 };
+    static const double shape[COUNT][2] = {{1, 1}, {4, 4}, {5, 5}, {0, 4}, {0, 0}, {4, 1}, {5, 5}};
+    double sheared[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        /* All numbers are less than 2^53, and so exact. */
+        double x = shape[i][0], y = shape[i][1];
+        sheared[i][0] = -3127060048398389 - 589121213002086 * x - 278080147803613 * y;
+        sheared[i][1] = 8607173015914607 - 559349764306437 * x - 1302521789305170 * y;
     }
+    check_exactly((const double(*)[2])sheared, COUNT);
 }
 
 /* Lobes that meet in a corner, or at the ends of a bridge: when all of a lobe has been cut off, a spike without area is
@@ -451,6 +473,7 @@ int main(void)
         cmocka_unit_test(test_bridge_to_a_hole),
         cmocka_unit_test(test_bridge_between_holes),
         cmocka_unit_test(test_bridges_with_a_corner_on_one_side),
+        cmocka_unit_test(test_corners_exactly_on_an_edge),
         cmocka_unit_test(test_slits),
         cmocka_unit_test(test_touching_lobes),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
