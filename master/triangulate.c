@@ -418,6 +418,41 @@ static uint32_t cut_spike(struct triangulation *out, uint32_t index, size_t *lef
     return index;
 }
 
+/*
+ * Whether a spike stands out of the polygon, else it is a slit: the number of edges to the right of a point beside it
+ * is even. That point is at the tip b, a little towards the other end a of its last edge, or above that edge.
+ */
+static bool stands_out(struct triangulation *out, size_t count, uint32_t index)
+{
+    const struct corner *b = &out->corners[index], *a = &out->corners[b->prev];
+    double y = a->y < b->y ? b->y : nextafter(b->y, INFINITY);
+    bool even = true;
+    out->looks += count;
+    for (size_t i = 0; i < count; i++) {
+        const struct corner *p = &out->corners[i], *q = &out->corners[i + 1 < count ? i + 1 : 0];
+        bool rises = p->y < y;
+        if (rises == (q->y < y)) continue;
+        double turn = turn_of(p, q, b);
+        if (turn == 0) turn = turn_of(p, q, a);
+        if (rises ? turn > 0 : turn < 0) even = !even;
+    }
+    return even;
+}
+
+/* Cuts off the hairs: where they bend, triangles outside of the polygon would seem to be ears. */
+static void cut_hairs(struct triangulation *out, size_t count, size_t *left)
+{
+    const struct corner *corners = out->corners;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t at = i;
+        while (*left >= 3 && !corners[at].cut && is_spike(corners, at) &&
+               stands_out(out, count, at)) {
+            at = cut_spike(out, at, left);
+            if (!is_spike(corners, at)) at = corners[at].next;
+        }
+    }
+}
+
 /* ---- the whole ---- */
 
 /* Ear clipping; false if it takes more looks than it may. */
@@ -432,6 +467,9 @@ static bool clip(struct triangulation *out, size_t count)
     out->looks = 0;
     for (uint32_t i = 0; i < count; i++)
         update_turn(out, i);
+    cut_hairs(out, count, &left);
+    while (corners[at].cut)
+        at++;
     update_ears(out, at);
     while (left >= 3) {
         if (out->looks > most) return false;

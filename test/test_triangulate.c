@@ -232,6 +232,29 @@ static void test_slits(void **state)
     check_from_each(shape, COUNT, COUNT - 2);
 }
 
+/* Hairs without any width, which stand out of a square and bend. */
+static void test_hairs(void **state)
+{
+    static const double shape[][2] = {{0, 0}, {4, 0}, {6, 1}, {6, 3}, {6, 1},
+                                      {4, 0}, {4, 4}, {2, 4}, {2, 6}, {1, 7},
+                                      {2, 6}, {3, 7}, {2, 6}, {2, 4}, {0, 4}};
+    struct triangulation t = {0};
+    for (int first = 0; first < 15; first++) {
+        struct vec3 polygon[15];
+        for (int i = 0; i < 15; i++)
+            polygon[i] = vec3(shape[(first + i) % 15][0], shape[(first + i) % 15][1], 0);
+        assert_null(triangulate(polygon, 15, &t));
+        assert_false(t.improper);
+        double sum = 0;
+        for (size_t i = 0; i < t.count; i++) {
+            assert_true(triangle_area(polygon, t.triangles[i]).z >= 0);
+            sum += triangle_area(polygon, t.triangles[i]).z;
+        }
+        assert_true(sum == 16);
+    }
+    triangulation_free(&t);
+}
+
 static void test_nearly_flat_and_far_sizes(void **state)
 {
     static const double scales[] = {1e-310, 1e-150, 1, 1e150, 8e307};
@@ -476,6 +499,7 @@ int main(void)
         cmocka_unit_test(test_corners_exactly_on_an_edge),
         cmocka_unit_test(test_slits),
         cmocka_unit_test(test_touching_lobes),
+        cmocka_unit_test(test_hairs),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_no_area_and_crossings_end),
         cmocka_unit_test(test_bumpy_grid),
