@@ -128,7 +128,10 @@ static bool same_place(const struct corner *a, const struct corner *b)
 
 /* ---- the plane ---- */
 
-/* The exponent of a power of two that scales the polygon to a size of about 1, so that no product overflows. */
+/*
+ * The exponent of a power of two that scales the polygon to a size of about 1, so that no product overflows; or to less
+ * if it is so far away, in a plane across an axis, that its place would overflow.
+ */
 static int size_exponent(const struct vec3 *polygon, size_t count)
 {
     double largest = 0;
@@ -138,7 +141,8 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     }
     int exponent;
     (void)frexp(largest, &exponent);
-    return exponent + 1;
+    int least = vec_exponent(polygon[0]) - 1000;
+    return exponent + 1 > least ? exponent + 1 : least;
 }
 
 /* The corners, scaled to that size. Their origin stays, as to subtract a corner would round. */

@@ -270,6 +270,26 @@ static void test_nearly_flat_and_far_sizes(void **state)
     }
 }
 
+/* In the plane x = 1, and so small that 1 cannot be scaled with it. */
+static void test_tiny_polygon_far_away(void **state)
+{
+    static const double ell[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
+    struct triangulation t = {0};
+    for (int first = 0; first < 6; first++) {
+        struct vec3 polygon[6], large[6];
+        for (int i = 0; i < 6; i++) {
+            const double *p = ell[(first + i) % 6];
+            large[i] = vec3(0, p[0], p[1]);
+            polygon[i] = vec3(1, 1e-310 * p[0], 1e-310 * p[1]);
+        }
+        assert_null(triangulate(polygon, 6, &t));
+        assert_int_equal(t.count, 4);
+        for (size_t i = 0; i < 4; i++)
+            assert_true(triangle_area(large, t.triangles[i]).x > 0);
+    }
+    triangulation_free(&t);
+}
+
 static void test_no_area_and_crossings_end(void **state)
 {
     struct vec3 line[] = {vec3(0, 0, 0), vec3(1, 0, 0), vec3(3, 0, 0), vec3(2, 0, 0)};
@@ -501,6 +521,7 @@ int main(void)
         cmocka_unit_test(test_touching_lobes),
         cmocka_unit_test(test_hairs),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
+        cmocka_unit_test(test_tiny_polygon_far_away),
         cmocka_unit_test(test_no_area_and_crossings_end),
         cmocka_unit_test(test_bumpy_grid),
         cmocka_unit_test(test_bent_polygons),
