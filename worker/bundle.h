@@ -5,7 +5,7 @@
 #include "worker/float_slabs.h"
 #include "worker/lanes3.h"
 #include "worker/packet.h"
-#include "worker/triangle_lanes.h"
+#include "worker/triangle.h"
 
 /*
  * The slab of one axis for all rays of a bundle. A distance is (bound - origin) * (1 / d), as in
@@ -66,6 +66,16 @@ struct bundle {
     struct range_slab ranges[3];
     bool one_origin; /* all rays have a common origin */
 };
+
+static INLINED struct lanes lanes_largest(struct lanes a, struct lanes b, struct lanes c)
+{
+    return lanes_larger(lanes_larger(a, b), c);
+}
+
+static INLINED struct lanes lanes_least(struct lanes a, struct lanes b, struct lanes c)
+{
+    return lanes_smaller(lanes_smaller(a, b), c);
+}
 
 static INLINED struct lanes largest_of(const struct lanes v[3])
 {

@@ -4,6 +4,52 @@
 
 #include "worker/bundle.h"
 
+/* struct sheared in every lane. */
+struct sheared_lanes {
+    struct lanes x, y, z;
+};
+
+static INLINED struct lanes lanes_edge(const struct sheared_lanes *p, const struct sheared_lanes *q)
+{
+    return lanes_sub(lanes_mul(p->x, q->y), lanes_mul(p->y, q->x));
+}
+
+static INLINED struct lanes lanes_sideways(const struct sheared_lanes *p)
+{
+    return lanes_add(lanes_abs(p->x), lanes_abs(p->y));
+}
+
+/* edge_error() in every lane. */
+static INLINED struct lanes lanes_edge_error(const struct sheared_lanes *p,
+                                             const struct sheared_lanes *q,
+                                             const struct sheared_lanes *r)
+{
+    struct lanes s = lanes_largest(lanes_sideways(p), lanes_sideways(q), lanes_sideways(r));
+    struct lanes z = lanes_largest(lanes_abs(p->z), lanes_abs(q->z), lanes_abs(r->z));
+    struct lanes product = lanes_mul(lanes_mul(lanes_of(EDGE_FILTER), s), lanes_add(z, s));
+    return lanes_add(product, lanes_of(EDGE_LEAST));
+}
+
+/* The values of the edges and their error; where the line certainly misses the triangle, and where it certainly
+ * crosses it. */
+struct edges_lanes {
+    struct lanes e0, e1, e2, error;
+    lane_set missed, crossed;
+};
+
+static INLINED struct edges_lanes lanes_edges(const struct sheared_lanes *p,
+                                              const struct sheared_lanes *q,
+                                              const struct sheared_lanes *r)
+{
+    struct lanes e0 = lanes_edge(q, r), e1 = lanes_edge(r, p), e2 = lanes_edge(p, q);
+    struct lanes low = lanes_least(e0, e1, e2), high = lanes_largest(e0, e1, e2);
+    struct lanes error = lanes_edge_error(p, q, r), zero = lanes_of(0);
+    /* The rounded sum has the sign of the exact one: low < -error. */
+    lane_set below = lanes_less(lanes_add(low, error), zero), above = lanes_less(error, high);
+    lane_set inside = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
+    return (struct edges_lanes){e0, e1, e2, error, below & above, inside};
+}
+
 /* The triangle relative to each ray, by the filter of triangle_crossings(). */
 struct packet_view {
     struct sheared_lanes p, q, r;

@@ -64,23 +64,6 @@ static INLINED struct crossings probe_triangle(const struct probe *probe,
                                     probe->ray, &probe->shear, &probe->purpose, probe->exact);
 }
 
-/* Classifies up to LANES triangles (sort_triangles()) with the filter in double, a few at a time. */
-static lane_set __attribute__((noinline))
-sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_t count,
-               const struct reach *reach, lane_set *certain)
-{
-    struct shear_quad shear = shear_quad_of(&probe->shear, &probe->ray->origin);
-    lane_set maybe = 0;
-    *certain = 0;
-    for (uint32_t i = 0; i < count && i < LANES; i += QUAD) {
-        struct triangle_sets sets =
-            sort_triangles(probe->scene, leaves + i, count - i, &shear, reach);
-        maybe |= sets.maybe << i;
-        *certain |= sets.certain << i;
-    }
-    return maybe;
-}
-
 /*
  * Classifies LANES of the `triangles` of a leaf with `count` entries, from number `first` on: those that may
  * be crossed, and those that certainly are. The triangle that the ray starts on is left out where that costs
@@ -94,10 +77,8 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
     struct triangle_sets sets = {first_lanes(triangles - first), 0};
     if (!LANES_IN_SIMD) return sets;
     sets.maybe &= ~entries_of(leaves + first, probe->ray->from);
-    if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
-                              &sets))
-        sets.maybe &=
-            sort_in_double(probe, leaves + first, triangles - first, reach, &sets.certain);
+    (void)sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
+                               &sets);
     return sets;
 }
 

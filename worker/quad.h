@@ -1,6 +1,6 @@
 /*
- * Four doubles at once: one register of AVX2, or a loop. Like worker/lanes.h, for what mostly comes in fours:
- * the triangles of a leaf.
+ * Four doubles at once: one register of AVX2, or a loop. Like worker/lanes.h, for points of three coordinates and for
+ * half of a row of lanes.
  */
 #ifndef FARM_WORKER_QUAD_H
 #define FARM_WORKER_QUAD_H
@@ -17,8 +17,6 @@
 /*
  * Functions whose names do not say all. An order is a permutation of three components.
  *
- * quad_larger()     a > b ? a : b, so that the result is b if a is NaN
- * quad_smaller()    a < b ? a : b, so that the result is b if a is NaN
  * quad_sub_mul()    a - b c, rounded once or twice
  * quad_point()      the three components of a point in the given order, then 0
  * quad_floats()     the first three of four floats in the given order, then the fourth
@@ -36,16 +34,8 @@ struct quad {
     __m256d v;
 };
 
-REGISTER_2(quad, quad_add, _mm256_add_pd)
 REGISTER_2(quad, quad_sub, _mm256_sub_pd)
 REGISTER_2(quad, quad_mul, _mm256_mul_pd)
-REGISTER_2(quad, quad_larger, _mm256_max_pd)
-REGISTER_2(quad, quad_smaller, _mm256_min_pd)
-
-static inline struct quad quad_of(double a)
-{
-    return (struct quad){_mm256_set1_pd(a)};
-}
 
 static inline struct quad quad_row(double a, double b, double c, double d)
 {
@@ -152,11 +142,8 @@ struct quad {
 };
 
 LOOP_1(quad, quad_abs, fabs)
-LOOP_2(quad, quad_add, a.at[i] + b.at[i])
 LOOP_2(quad, quad_sub, a.at[i] - b.at[i])
 LOOP_2(quad, quad_mul, a.at[i] * b.at[i])
-LOOP_2(quad, quad_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
-LOOP_2(quad, quad_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
 LOOP_COMPARE(quad, quad_less, <)
 
 static inline struct quad quad_row(double a, double b, double c, double d)

@@ -1,7 +1,7 @@
 /*
  * Tests of the triangles of a leaf against a ray, in float and with vertices rounded to 16 bits (struct
- * bvh_corners): a quarter of the work and of the memory of worker/triangle_lanes.h. They tell which triangles
- * are certainly missed and which are certainly crossed; the others need exact tests.
+ * bvh_corners): a quarter of the work and of the memory of tests in double. They tell which triangles are certainly
+ * missed and which are certainly crossed; the others need exact tests.
  *
  * The rounded vertices, called places, are sheared as in worker/triangle.h, in units of the leaf. A vertex
  * with place q has x' = q.x - sx q.z + X, where X = ((base.x - o.x) - sx (base.z - o.z)) / unit and Z =
@@ -12,7 +12,7 @@
 #define FARM_WORKER_ROUGH_TRIANGLES_H
 
 #include "worker/float_slabs.h"
-#include "worker/triangle_lanes.h"
+#include "worker/triangle.h"
 
 /*
  * The error of x', in units, with q.x, q.z < 2^16, |sx| <= 1, |X| < ASIDE_MAX and |Z| < AHEAD_MAX. Places err
@@ -133,6 +133,33 @@ static INLINED struct rough_sets rough_sets(const struct rough_corners corner[3]
                                above};
 }
 
+/* What is known of several triangles and a ray. */
+struct triangle_sets {
+    lane_set maybe;   /* possibly crossed */
+    lane_set certain; /* of these, certainly crossed within the ray's reach */
+};
+
+/*
+ * The part of the ray in which crossings count, in terms of z = t dz. If all vertices of a triangle are
+ * between from and to, and it is crossed, then it is crossed there, and that is a passage of its own:
+ * is_near_start() asks for less than half of `from`. t errs by less than 10 u of the vertices' z; see
+ * SLOPE_MAX, above which it is corrected.
+ */
+struct reach {
+    double from, to;
+};
+
+#define PASSAGE_REACH (2 * START_REACH)
+#define REACH_SLACK   (1 - 64 * UNIT_ROUNDOFF)
+
+static INLINED struct reach reach_of(const struct ray *ray, const struct shear *shear)
+{
+    double near = PASSAGE_REACH * vec_largest(ray->origin);
+    double far = ray->t_max * fabs(shear->dz) * REACH_SLACK;
+    if (shear->dz < 0) return (struct reach){-far, -near};
+    return (struct reach){near, far};
+}
+
 /*
  * The triangles with all vertices between from and to, see struct reach. Places are less than 2^16 and err by
  * less than one; so does the difference of from / unit and Z, except for 2^-24 of it.
@@ -160,8 +187,8 @@ static INLINED lane_set entries_of(const struct bvh_leaf *leaves, uint32_t id)
 }
 
 /*
- * Classifies LANES of a leaf's triangles, from number `first` on, like sort_triangles(), but only those that
- * are in sets->maybe. false: the rounded vertices are not accurate enough.
+ * Classifies LANES of a leaf's triangles, from number `first` on, of those that are in sets->maybe. Without a reach
+ * no crossing is certain. false: the rounded vertices are not accurate enough, and nothing changes.
  */
 static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint32_t triangles,
                                          uint32_t first, const struct rough_ray *ray,
