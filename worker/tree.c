@@ -8,7 +8,7 @@
 #include "worker/exact.h"
 #include "worker/lanes.h"
 
-_Static_assert(TREE_BLOCK == 2 * LANES, "scan_many()");
+_Static_assert(TREE_BLOCK == 2 * LANES, "scan()");
 _Static_assert(TREE_ROW == TREE_BLOCK * TREE_BLOCK, "a row is TREE_BLOCK blocks");
 
 void tree_free(struct tree *tree)
@@ -83,25 +83,8 @@ static double sum_above(double sum, uint32_t n)
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
 }
 
-/*
- * Up to this many branches are examined one by one, which is faster than finding the largest with eight
- * lanes. Most trees are that small in a scene that only transmits light.
- */
-#define FEW 4
-
-/* These return the sum of `count` bounds from `begin` on; *first is what comes first in the present order. */
-static double scan_few(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
-{
-    double sum = tree->bounds[begin];
-    *first = begin;
-    for (uint32_t i = begin + 1; i < begin + count; i++) {
-        sum += tree->bounds[i];
-        if (more_important(tree, i, *first)) *first = i;
-    }
-    return sum;
-}
-
-static double scan_many(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
+/* Returns the sum of `count` bounds from `begin` on; *first is what comes first in the present order. */
+static double scan(const struct tree *tree, uint32_t begin, uint32_t count, uint32_t *first)
 {
     struct lanes low = lanes_load(tree->bounds + begin);
     struct lanes high = lanes_load(tree->bounds + begin + LANES);
@@ -118,9 +101,7 @@ static double scan_many(const struct tree *tree, uint32_t begin, uint32_t count,
 
 static void summarize_block(const struct tree *tree, struct tree_block *block, uint32_t begin)
 {
-    uint32_t count = tree->count - begin, *first = &block->first[tree->order];
-    block->sum =
-        count <= FEW ? scan_few(tree, begin, count, first) : scan_many(tree, begin, count, first);
+    block->sum = scan(tree, begin, tree->count - begin, &block->first[tree->order]);
     block->known |= 1u << tree->order;
 }
 
