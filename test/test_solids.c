@@ -336,21 +336,21 @@ static struct ray ray_on(uint64_t *random, const struct sphere *sphere)
 }
 
 /* f.d > 0 of a ray that goes outward; one that goes inward leaves at -2 f.d / d.d. */
-static void check_way_out(const struct ways_out *ways, unsigned lane, const struct sphere *sphere,
-                          const struct ray *ray, struct counts *counts)
+static void check_way_out(const struct sphere *sphere, const struct ray *ray, struct counts *counts)
 {
     mpfr_t dots[DOTS];
+    struct sphere_span exit;
     for (int i = 0; i < DOTS; i++)
         mpfr_init2(dots[i], BITS);
     dot_products(ray, sphere->center, sphere->center, dots);
-    bool outward = ways->outward >> lane & 1, inward = ways->inward >> lane & 1;
+    bool outward = ray_leaves_sphere(sphere, ray), inward = sphere_way_out_span(sphere, ray, &exit);
     if (outward) assert_true(mpfr_sgn(dots[FD]) > 0);
     if (inward) {
         mpfr_mul_si(dots[FD], dots[FD], -2, MPFR_RNDN);
         mpfr_div(dots[FD], dots[FD], dots[DD], MPFR_RNDN);
-        assert_true(lane_at(ways->low, lane) > 0);
-        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) >= lane_at(ways->low, lane));
-        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) <= lane_at(ways->high, lane));
+        assert_true(exit.low > 0);
+        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) >= exit.low);
+        assert_true(mpfr_get_d(dots[FD], MPFR_RNDN) <= exit.high);
     }
     counts->missed += outward;
     counts->decided += inward;
@@ -365,29 +365,14 @@ static struct counts check_ways_out(double far, int exponent, int speed)
 {
     uint64_t random = 53;
     struct counts counts = {0, 0, 0};
-    double o[3][LANES], d[3][LANES], center[3][LANES], radius[LANES];
-    for (unsigned n = 0; n < 1000; n++) {
-        struct sphere spheres[LANES];
-        struct ray rays[LANES];
-        for (unsigned i = 0; i < LANES; i++) {
-            spheres[i] = (struct sphere){.center = random_vector(&random, far),
-                                         .radius = some_size(&random, -3, 1)};
-            rays[i] = ray_on(&random, &spheres[i]);
-            spheres[i].center = vec_scale_exactly(spheres[i].center, exponent);
-            rays[i].origin = vec_scale_exactly(rays[i].origin, exponent);
-            put(o, i, rays[i].origin);
-            rays[i].direction = vec_scale_exactly(rays[i].direction, speed);
-            put(d, i, rays[i].direction);
-            put(center, i, spheres[i].center);
-            radius[i] = ldexp(spheres[i].radius, exponent);
-        }
-        const struct lanes origins[3] = {lanes_load(o[0]), lanes_load(o[1]), lanes_load(o[2])};
-        const struct lanes directions[3] = {lanes_load(d[0]), lanes_load(d[1]), lanes_load(d[2])};
-        struct ray_lanes ray = rays_in_lanes(origins, directions);
-        struct sphere_lanes sphere = {column(center), lanes_load(radius)};
-        struct ways_out ways = sphere_ways_out(&sphere, &ray);
-        for (unsigned i = 0; i < LANES; i++)
-            check_way_out(&ways, i, &spheres[i], &rays[i], &counts);
+    for (unsigned n = 0; n < 8000; n++) {
+        struct sphere sphere = {.center = random_vector(&random, far),
+                                .radius = some_size(&random, -3, 1)};
+        struct ray ray = ray_on(&random, &sphere);
+        sphere.center = vec_scale_exactly(sphere.center, exponent);
+        ray.origin = vec_scale_exactly(ray.origin, exponent);
+        ray.direction = vec_scale_exactly(ray.direction, speed);
+        check_way_out(&sphere, &ray, &counts);
     }
     return counts;
 }

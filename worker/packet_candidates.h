@@ -169,16 +169,14 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 /* The same as triangle_candidates(), for a solid that has spans. */
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
+    /* The order of a way out and of what is next to it is not decided here: nearest_walk.h, may_precede(). */
     lane_set leaving = rays & rays_from(&it->packet, leaf->id);
-    if (leaving) rays &= ~(leaving & ways_out_of_rays(it->scene, leaf->id, &it->ray_lanes).outward);
-    if (!rays) return;
-    leaving &= rays;
+    test_each(it, leaf->id, leaving);
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
+    lane_set set = rays & ~leaving & may_be_crossed_lanes(&spans, lanes_load(it->limit));
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
-    /* The order of a way out and of what is next to it is not decided here: nearest_walk.h, may_precede(). */
-    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & first.decided & ~leaving : 0;
+    lane_set decided = has_usable_spans(it->scene, leaf->id) ? set & first.decided : 0;
     decided &= lanes_less(it->least, first.from);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);

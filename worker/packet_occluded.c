@@ -83,24 +83,11 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
     }
 }
 
-/* A solid on which some of the rays start. Returns those that are not decided. */
-static NOINLINE lane_set leave_solid(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                                     lane_set rays)
-{
-    struct ways_out ways = ways_out_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set through = rays & ways.inward & lanes_less(it->least, ways.low) &
-                       lanes_less(ways.high, it->packet.t_max);
-    if (!has_usable_spans(it->scene, leaf->id)) through = 0;
-    certain_crossings(it, leaf, through, 1);
-    return rays & ~(ways.outward | through);
-}
-
 static NOINLINE void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
                                       lane_set rays)
 {
     lane_set leaving = rays & rays_from(&it->packet, leaf->id);
     rays &= ~leaving;
-    if (leaving) leaving = leave_solid(it, leaf, leaving);
     if (rays) {
         struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
         rays &= may_be_crossed_lanes(&spans, it->packet.t_max);

@@ -109,7 +109,7 @@ bool never_meets_its_start(const struct scene *scene, const struct ray *ray)
     uint32_t id = ray->from, index = primitive_index(id), part = ray_from_part(ray);
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
-        return false;
+        return ray_leaves_sphere(&scene_spheres(scene)[index], ray);
     case PRIMITIVE_BOX:
         return !box_goes_inside(part, ray);
     case PRIMITIVE_CONE: {

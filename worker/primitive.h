@@ -20,7 +20,7 @@ struct crossings triangle_crossings_ahead(const struct scene *scene, uint32_t id
                                           uint64_t *exact);
 
 /* Whether primitive_crossings() certainly has none with the primitive that the ray starts on, as that is flat, or as
- * the ray goes outward from it. Not for spheres, of which this is decided in lanes (worker/solid_lanes.h). */
+ * the ray goes outward from it. */
 bool never_meets_its_start(const struct scene *scene, const struct ray *ray);
 
 static inline bool is_left_behind(const struct scene *scene, uint32_t id, const struct ray *ray)

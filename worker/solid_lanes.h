@@ -146,42 +146,6 @@ static INLINED struct spans_lanes spans_of_rays(const struct scene *scene, uint3
     return sphere_spans_lanes(&sphere, rays);
 }
 
-/* What becomes of rays that start on a solid. */
-struct ways_out {
-    lane_set outward; /* certainly: they do not meet it again */
-    lane_set inward;  /* certainly: they leave it between low and high */
-    struct lanes low, high;
-};
-
-/* ray_leaves_sphere() and sphere_way_out_span() for eight pairs. The product with 1 / a in place of the quotient adds
- * a rounding, for which their bounds have room. What overflows becomes infinite or NaN, or a distance of 0, of which
- * nothing is certain. */
-static INLINED struct ways_out sphere_ways_out(const struct sphere_lanes *sphere,
-                                               const struct ray_lanes *rays)
-{
-    struct lanes3 f = lanes3_sub(rays->o, sphere->center);
-    struct lanes along = lanes3_dot(f, rays->d);
-    struct lanes size = lanes_mul(lanes3_sum_of_sizes(f), rays->speed);
-    struct lanes error = lanes_mul(lanes_of(SPHERE_FILTER), size);
-    struct lanes scale = lanes_mul(lanes_of(2), rays->inverse2);
-    struct lanes t = lanes_negate(lanes_mul(along, scale)), slack = lanes_mul(error, scale);
-    struct lanes low = lanes_sub(t, slack), high = lanes_add(t, slack);
-    lane_set large = lanes_less(lanes_of(SQUARE_MIN), size);
-    lane_set ordinary = large & lanes_less(rays->inverse2, lanes_of(1 / SQUARE_MIN));
-    return (struct ways_out){large & lanes_less(error, along),
-                             ordinary & lanes_less(lanes_of(0), low), low, high};
-}
-
-/* The same of one solid and eight rays; for other solids than spheres nothing is certain. */
-static INLINED struct ways_out ways_out_of_rays(const struct scene *scene, uint32_t id,
-                                                const struct ray_lanes *rays)
-{
-    const struct lanes none = lanes_of(0);
-    if (primitive_kind(id) != PRIMITIVE_SPHERE) return (struct ways_out){0, 0, none, none};
-    struct sphere_lanes sphere = sphere_in_lanes(scene, id);
-    return sphere_ways_out(&sphere, rays);
-}
-
 static INLINED struct plane_span_one plane_span_of_one(const struct scene *scene, uint32_t id,
                                                        const struct ray_one *ray)
 {
