@@ -8,11 +8,6 @@ struct pending {
     uint32_t child, count; /* as in struct bvh_node */
 };
 
-static inline struct pending pending_child(const struct bvh_node *node, unsigned lane, double enter)
-{
-    return (struct pending){enter, node->child[lane], node->count[lane]};
-}
-
 /* Pushes the children of a set in order of distance, the nearest one last. */
 static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
                                           const struct bvh_node *node, lane_set set,
@@ -26,20 +21,12 @@ static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
         struct lanes here = lanes_of(at[lane]);
         unsigned nearer =
             lanes_before(set, lane, lanes_less(enter, here), lanes_at_most(enter, here));
-        stack[end - 1 - nearer] = pending_child(node, lane, at[lane]);
+        stack[end - 1 - nearer] = (struct pending){at[lane], node->child[lane], node->count[lane]};
     }
     return end;
 }
 
-static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
-                                       const struct bvh_node *node, lane_set set)
-{
-    for (; set; set = without_lowest(set))
-        stack[top++] = pending_child(node, lowest_lane(set), 0);
-    return top;
-}
-
-void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
+void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit,
                         visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
@@ -55,12 +42,7 @@ void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double lim
             const struct bvh_node *node = &nodes[now.child];
             struct lanes enter;
             lane_set set = slabs_meet(&slabs, node, limit, &enter);
-            if (set && !without_lowest(set)) {
-                now = pending_child(node, lowest_lane(set), 0);
-                continue;
-            }
-            top = ordered ? push_nearest_last(stack, top, node, set, enter)
-                          : push_unordered(stack, top, node, set);
+            top = push_nearest_last(stack, top, node, set, enter);
         }
         do {
             if (top == 0) return;

@@ -6,11 +6,11 @@
 #include "worker/visit.h"
 
 /*
- * Visits all leaves that the ray reaches at t <= limit, near ones first if ordered. Leaves at exactly the
- * limit are visited, too: which of two equally near primitives wins must not depend on the tree. This is for
- * the rays that float_slabs_of() does not support.
+ * Visits all leaves that the ray reaches at t <= limit, near ones first. Leaves at exactly the limit are visited, too:
+ * which of two equally near primitives wins must not depend on the tree. This is for the rays that float_slabs_of()
+ * does not support.
  */
-void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
+void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit,
                         visit_leaf *visit, void *context);
 
 /* A child that is still to be visited. */
@@ -114,14 +114,14 @@ static INLINED void prefetch_children(const struct bvh *bvh, const struct bvh_no
         prefetch_child(float_pending_child(&places, node, lowest_lane(set), 0).at);
 }
 
-/* traverse_in_double(), but in float if that suffices for the ray. */
+/* traverse_in_double(), but in float if that suffices for the ray, and in any order unless `ordered`. */
 static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
                              bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
     struct float_slabs slabs;
     if (!float_slabs_of(bvh, ray, &slabs)) {
-        traverse_in_double(bvh, ray, limit, ordered, visit, context);
+        traverse_in_double(bvh, ray, limit, visit, context);
         return;
     }
     const struct child_places places = child_places(bvh);
