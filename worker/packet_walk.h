@@ -132,19 +132,8 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
 {
     float at[LANES];
     floats_store(at, enter);
-    if (!set) return top;
-    unsigned a = lowest_lane(set);
-    lane_set rest = without_lowest(set);
-    if (!without_lowest(rest)) { /* one or two */
-        unsigned b = rest ? lowest_lane(rest) : a;
-        bool swapped = at[b] < at[a];
-        stack[top] = (struct packet_pending){node, swapped ? a : b, at[swapped ? a : b]};
-        if (rest) top++;
-        stack[top] = (struct packet_pending){node, swapped ? b : a, at[swapped ? b : a]};
-        return top + 1;
-    }
     unsigned end = top + (unsigned)__builtin_popcount(set);
-    for (rest = set; rest; rest = without_lowest(rest)) {
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned slot = lowest_lane(rest);
         struct floats here = floats_of(at[slot]);
         unsigned nearer =
