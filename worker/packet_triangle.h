@@ -56,23 +56,15 @@ struct packet_view {
     struct edges_lanes edges;
 };
 
-static INLINED struct sheared_lanes packet_shear(const struct packet *packet, struct lanes x,
-                                                 struct lanes y, struct lanes z)
-{
-    x = lanes_sub(x, packet->origin[0]);
-    y = lanes_sub(y, packet->origin[1]);
-    z = lanes_sub(z, packet->origin[2]);
-    return (struct sheared_lanes){lanes_sub(x, lanes_mul(packet->sx, z)),
-                                  lanes_sub(y, lanes_mul(packet->sy, z)), z};
-}
-
 static INLINED struct sheared_lanes shear_for_packet(const struct packet *packet,
                                                      const struct vec3 *vertex)
 {
-    const unsigned *axes = packet->axes;
-    return packet_shear(packet, lanes_of(vec_component(vertex, axes[0])),
-                        lanes_of(vec_component(vertex, axes[1])),
-                        lanes_of(vec_component(vertex, axes[2])));
+    struct lanes way[3];
+    UNROLLED
+    for (unsigned i = 0; i < 3; i++)
+        way[i] = lanes_sub(lanes_of(vec_component(vertex, packet->axes[i])), packet->origin[i]);
+    return (struct sheared_lanes){lanes_sub(way[0], lanes_mul(packet->sx, way[2])),
+                                  lanes_sub(way[1], lanes_mul(packet->sy, way[2])), way[2]};
 }
 
 static INLINED struct packet_view packet_view(const struct packet *packet,
