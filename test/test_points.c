@@ -794,71 +794,9 @@ static void test_sample_rays(void **state)
     }
 }
 
-/* ---- their order ---- */
-
-/* The length of the path through all points in this order. Asserts that each is there once. */
-static double way_along(const struct points *points, const uint32_t order[WAVE])
-{
-    bool seen[WAVE] = {false};
-    double way = 0;
-    for (uint32_t n = 0; n < points->count; n++) {
-        assert_true(order[n] < points->count && !seen[order[n]]);
-        seen[order[n]] = true;
-        if (n == 0) continue;
-        struct vec3 step =
-            vec_sub(lane(&points->point, order[n]), lane(&points->point, order[n - 1]));
-        way += vec_length(step);
-    }
-    return way;
-}
-
-/* Dense points in a box of any size are sorted; other points, and those of a single packet, keep their order. */
-static void test_order(void **state)
-{
-    static struct points points;
-    uint64_t random = 1;
-    for (unsigned i = 0; i < 200; i++) {
-        double size = pow(10, random_between(&random, -200, 200));
-        uint32_t order[WAVE];
-        points.count = i < 2 ? 1 + i * (LANES - 1) : 1 + random_below(&random, WAVE);
-        for (uint32_t k = 0; k < points.count; k++)
-            set_lane(&points.point, k, random_vector(&random, size));
-        points_order(&points, false, order);
-        double given = way_along(&points, order);
-        for (uint32_t k = 0; k < points.count; k++)
-            assert_int_equal(order[k], k);
-        points_order(&points, true, order);
-        double now = way_along(&points, order);
-        if (!LANES_IN_SIMD || points.count <= LANES)
-            assert_true(now == given);
-        else if (points.count > WAVE / 2)
-            assert_true(now < given / 2);
-    }
-}
-
-/* Nowhere at all, everywhere at once: any order will do. */
-static void test_order_of_extremes(void **state)
-{
-    static struct points points = {.count = WAVE};
-    const double values[] = {0, -0.0, 1, -1e308, 1e308, 5e-324, HUGE_VAL, -HUGE_VAL, (double)NAN};
-    const unsigned count = sizeof values / sizeof *values;
-    uint64_t random = 2;
-    uint32_t order[WAVE];
-    for (unsigned from = 1; from <= count; from++) {
-        for (uint32_t k = 0; k < WAVE; k++)
-            set_lane(&points.point, k,
-                     vec3(values[random_below(&random, from)], values[random_below(&random, from)],
-                          values[random_below(&random, from)]));
-        points_order(&points, true, order);
-        (void)way_along(&points, order);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),
-        cmocka_unit_test(test_order_of_extremes),
         cmocka_unit_test(test_ordinary_scenes),
         cmocka_unit_test(test_far_scenes),
         cmocka_unit_test(test_corners),

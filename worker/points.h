@@ -37,14 +37,6 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
                  const struct hit *hits, uint32_t count, struct points *points,
                  uint64_t *exact_fallbacks);
 
-/*
- * Computes an order of the points in which packets of rays from them to a light are coherent. Several samples
- * of a pixel (dense) have no spatial order within it. They are sorted along a space-filling curve through the
- * cells of a grid (G. Morton, "A Computer Oriented Geodetic Data Base", IBM 1966), which puts points close to
- * each other side by side. Single samples per pixel are coherent as they come. count >= 1.
- */
-void points_order(const struct points *points, bool dense, uint32_t order[WAVE]);
-
 /* One of the points, as the functions of shade.h take it. */
 struct shading_point points_get(const struct points *points, size_t i);
 

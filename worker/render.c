@@ -294,7 +294,6 @@ static INLINED void start_samples(struct renderer *renderer, bool primary_only)
     struct progress *progress = &renderer->progress;
     uint32_t count = wave_of(renderer);
     if (!primary_only && media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
-    renderer->dense = progress->next.end - progress->next.begin > 1;
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
         sample_put(&renderer->samples, p, progress->x, progress->y, progress->next.sample);

@@ -80,9 +80,7 @@ struct renderer {
 
     /* The current wave. Slot i traces branches[i] for sample owner[i]. */
     uint32_t count;
-    bool fresh; /* these are the first rays of samples */
-    /* The first sample's pixel has several samples in this task; then nearly all pixels have. */
-    bool dense;
+    bool fresh;        /* these are the first rays of samples */
     uint32_t bounding; /* the number of them that only serve the bound */
     uint32_t owner[WAVE];
     struct branch branches[WAVE];

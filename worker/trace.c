@@ -359,17 +359,15 @@ static INLINED void light_points(struct renderer *renderer, bool primary_only)
 {
     const struct light *lights = scene_lights(renderer->scene);
     const struct points *points = &renderer->points;
-    uint32_t order[WAVE];
     if (points->count == 0 || renderer->scene->lights.count == 0) return;
-    points_order(points, renderer->dense && renderer->scene->view.shadows, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
         if (renderer->shadow_count + points->count > WAVE) flush_lit(renderer, primary_only);
         /* A pixel's cost determines its samples, so rays to lights that could be left out are not counted. */
         uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
-        for (uint32_t n = 0; n < points->count; n++)
-            if (renderer->faced.faces[order[n]] != 0 && is_shown(renderer, order[n], primary_only))
-                add_shadow_test(renderer, order[n], k, counts, primary_only);
+        for (uint32_t i = 0; i < points->count; i++)
+            if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, primary_only))
+                add_shadow_test(renderer, i, k, counts, primary_only);
     }
     flush_lit(renderer, primary_only);
 }
