@@ -339,8 +339,7 @@ static double queue_time(const struct farm_size *farm, unsigned repeats)
             .master_renders = true,
             .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, farm->width, farm->height, farm->samples,
                                          farm->renderers),
-            .probe_edge =
-                queue_auto_probe_edge(farm->width, farm->height, farm->samples, farm->renderers)};
+            .probe_edge = queue_auto_probe_edge(farm->width, farm->height, farm->samples)};
         job.queue = queue_create(&config);
         job.now = job.finished = 0;
         memset(job.renderers, 0, farm->renderers * sizeof *job.renderers);

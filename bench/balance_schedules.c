@@ -38,7 +38,7 @@ static struct queue *schedule_queue(enum schedule schedule, uint32_t width, uint
     uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
     if (!schedule_is_static(schedule))
         config.tile_edge = queue_auto_edge(schedule, width, height, samples, processors);
-    config.probe_edge = queue_auto_probe_edge(width, height, samples, processors);
+    config.probe_edge = queue_auto_probe_edge(width, height, samples);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");
     return queue;

@@ -44,8 +44,7 @@ static struct queue_config queue_config_of(const struct run *run, const struct v
         .master_renders = master_renders,
         .crowd = &run->crowd,
         .tile_edge = tile_edge(settings, view, processors),
-        .probe_edge =
-            queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, processors),
+        .probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples),
         .samples = view->min_samples,
         .most_work = TILE_PART * settings->sampling.time_limit / view->min_samples};
 }

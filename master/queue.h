@@ -84,9 +84,7 @@ void queue_destroy(struct queue *queue);
  * fixed cost shows) and 64 (above it, progress comes in lumps).
  *
  * Schedule dynamic: the same with n = 100 P and an edge of at most 16, since ordering and splitting do the
- * rest. With 16 samples per pixel or more that fixed cost does not show, and n = 400 P: in simulated runs
- * of the lantern on 2 to 16 processors 99.8 % of their time then goes into tiles that count, with n = 100 P
- * 99.2 %. With fewer than four samples the master's time for a tile shows, and n = 12 P.
+ * rest. With fewer than four samples per pixel it is 16.
  */
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
                          uint32_t processors);
@@ -99,16 +97,10 @@ uint32_t queue_tile_edge(const struct queue *queue);
  * The distance between probes in pixels; 0: the picture is too small to be worth probing.
  *
  * It is chosen so that probes take less than one percent of the time: a sample on its own was measured at up to
- * 5 times the cost of one within a tile, so at most one of 500 samples is a probe. Where that leaves fewer than
- * 25 probes per processor, the time lost at the end through the most expensive spots of the picture outweighs
- * the cost of more probes, and up to one sample of 125 is a probe.
- *
- * Fewer probes for few processors (600 per processor) took 0.4 to 1.1 % off the time of 1 or 2, but the end of a
- * pass was predicted worse: of the time limits of test/test_adaptive.sh that cut pass 0 off, 3 of 6 runs chose a
- * lattice that they could not finish.
+ * 5 times the cost of one within a tile, so at most one of 500 samples is a probe. Twice as many and more for 44
+ * processors make single samples of twelve scenes 1 % slower, though there are only 14 probes for each.
  */
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
-                               uint32_t processors);
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
 
 /*
  * Takes over what an earlier run has finished, before anything is handed out. The callback returns how many

@@ -7,46 +7,24 @@
 #include "master/queue_parts.h"
 
 /*
- * The most work that a joined tile may be predicted to be: this part of an even share, and this part of all
- * work. These are a few shortest lots; at the end it is split again into such. Its worst case may be
- * JOINED_WORST times as much.
+ * The most work that a joined tile may be predicted to be: this part of all work, and this part of an even share.
+ * These are a few shortest lots; at the end it is split again into such. Its worst case may be JOINED_WORST times as
+ * much.
  *
- * With a fifth of JOINED_OF_SHARE, single samples on 36 to 52 processors of a scene that is cheap all over
- * (config/hello.ini) are 10 % slower, because the master is busy with tiles for most of the time, those of a
- * scene of leaves 3 % slower, and those of the garden, in whose small tiles rays find more in the cache, 1 %
- * faster. Farms of hundreds of renderers have larger pictures: as large a part of a share would cost 10,000
- * renderers 2 % at the end.
+ * With a fifth of JOINED_OF_ALL, single samples of a scene that is cheap all over (config/hello.ini) on 36 to 52
+ * processors are 10 % slower, because the master is busy with tiles for most of the time. With twice JOINED_OF_SHARE
+ * four samples of nine scenes on 16 to 128 are 0.5 % faster, but 1024 samples of the lantern with 7680 x 4320 pixels on
+ * 8,000 to 10,000 0.5 % slower; with half of it the former are 2.3 % slower.
  */
-#define JOINED_OF_SHARE 0.05
-#define JOINED_OF_ALL   (JOINED_OF_SHARE / 44)
-
-/* The part of an even share goes down with the number of renderers: from JOINED_OF_SHARE at 100 of them to this
- * one at 500 and more. */
-#define JOINED_MANY  100.0
-#define JOINED_LEAST 0.01
-
-#define JOINED_WORST 2
-
-/*
- * More than that where the master would otherwise not keep up: if tiles take each renderer so long that the master
- * spends JOINED_SERVED of its time on them, there is no need to join more. A joined tile is JOINED_HURRIED of a share
- * at most.
- *
- * Single samples of cheap scenes with 640 x 480 pixels on 56 to 128 processors are 0.5 to 7 % faster, 16 samples of
- * 1920 x 1440 pixels on 1,000 a tenth and more; where there is more work, nothing changes. With half of JOINED_SERVED
- * the former are 9 to 14 % faster, but 16 samples of the lantern on 300 to 700 take 2 % longer. With half of
- * JOINED_HURRIED the gains are less than 3 %.
- */
-#define JOINED_SERVED  0.4
-#define JOINED_HURRIED 0.1
+#define JOINED_OF_ALL   0.001
+#define JOINED_OF_SHARE 0.1
+#define JOINED_WORST    2
 
 /* The most work that two tiles may be predicted to be together if they are to be joined. */
 static double joined_most(const struct queue *queue)
 {
-    double all = queue->pace.total, renderers = queue_processors(queue), share = all / renderers;
-    double part = fmax(JOINED_LEAST, JOINED_OF_SHARE * fmin(1, JOINED_MANY / renderers));
-    double usual = fmin(JOINED_OF_ALL * all, part * share);
-    return fmax(usual, fmin(queue_served_work(queue, JOINED_SERVED), JOINED_HURRIED * share));
+    double share = queue->pace.total / queue_processors(queue);
+    return fmin(JOINED_OF_ALL * queue->pace.total, JOINED_OF_SHARE * share);
 }
 
 /* Whether the tile has never been handed out, and has this size. */

@@ -209,9 +209,6 @@ double predictions_share(const struct queue *queue, const struct item *part,
 /* Joins cheap tiles that have never been handed out; to be called when predictions are new. */
 void queue_join(struct queue *queue);
 
-/* The work of a tile at which the master, if all tiles are like that, spends this part of its time on them. */
-double queue_served_work(const struct queue *queue, double part);
-
 /* Replaces a tile that waits by two halves, cut across its longer side; whether it is large enough for that. */
 void split_tile(struct queue *queue, uint32_t id);
 bool split_is_possible(const struct queue *queue, uint32_t id);

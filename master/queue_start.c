@@ -24,32 +24,6 @@
 
 #define TILES_EDGE 64u
 
-/* ---- how large they are ---- */
-
-/*
- * The tiles of the dynamic schedule for each processor. Few samples are rendered so soon that the master, which takes
- * some microseconds for a tile, would be busy all the time with more. Where it takes 2.3 us, single samples of twelve
- * scenes with 640 x 480 pixels take 1.2 times as long on 44 processors with 100 in place of 12, on 32 1.1 times, on 16
- * as long; with 25 those of the garden take 1.2 times as long on 64. Where it takes 1.5 us, it is 1.09 times on 44 and
- * 1.03 on 32. With 12, four samples of the lantern on 44 take 8 % longer, those of the other eleven as long.
- */
-static uint64_t dynamic_wanted(uint32_t samples)
-{
-    return samples < 4 ? 12 : samples < 16 ? 100 : 400;
-}
-
-uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
-                         uint32_t processors)
-{
-    bool dynamic = schedule == SCHEDULE_DYNAMIC;
-    uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
-    if (dynamic) wanted = dynamic_wanted(samples) * processors;
-    uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
-    while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
-        edge /= 2;
-    return edge;
-}
-
 /* The number of probes in whole blocks. Blocks cut by the edge of the picture have one, too, if it lies within
  * (cost_init()). */
 static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
@@ -57,17 +31,35 @@ static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
     return (uint64_t)(width / edge) * (height / edge);
 }
 
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
-                               uint32_t processors)
+/* ---- how large they are ---- */
+
+/*
+ * Few samples are rendered so soon that the master, which takes some microseconds for a tile, is busy all the time if
+ * tiles are smaller than DYNAMIC_EDGE. Single samples of eleven scenes with 640 x 480 pixels on 104 to 128 processors
+ * then take 1.4 times as long, of 640 x 120 pixels on 28 to 64 1.2 times; four samples of the lantern on 44 take 7 %
+ * less.
+ */
+#define FEW_SAMPLES 4
+
+uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
+                         uint32_t processors)
 {
-    const uint64_t cheap = 500, dear = 125, probes_each = 25, probes_least = 64;
+    bool dynamic = schedule == SCHEDULE_DYNAMIC;
+    uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
+    if (dynamic) wanted = samples < FEW_SAMPLES ? 0 : UINT64_C(100) * processors;
+    uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
+    while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
+        edge /= 2;
+    return edge;
+}
+
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples)
+{
+    const uint64_t samples_of_one = 500, least = 64;
     uint32_t edge = 4;
-    while ((uint64_t)edge * edge * samples < cheap)
+    while ((uint64_t)edge * edge * samples < samples_of_one)
         edge += 2;
-    while (probes_at(width, height, edge) < probes_each * processors && edge > 4 &&
-           (uint64_t)(edge - 2) * (edge - 2) * samples >= dear)
-        edge -= 2;
-    return probes_at(width, height, edge) < probes_least ? 0 : edge;
+    return probes_at(width, height, edge) < least ? 0 : edge;
 }
 
 uint32_t queue_tile_edge(const struct queue *queue)

@@ -90,28 +90,23 @@ static void test_joined_before_all_probes(void **state)
 }
 
 /* Whether any tiles of one cost per pixel are joined once the probes are back, and if so all by fours. Those of 8 x 8
- * pixels are 0.8 % of a renderer's share in a picture with an edge of 2048 pixels. pixel_s: that cost, seconds of a
- * sample on its own. */
-static bool are_joined(uint32_t edge, uint32_t tile_edge, double pixel_s, uint32_t samples)
+ * pixels are 0.8 % of a renderer's share in a picture with an edge of 2048 pixels. */
+static bool are_joined(uint32_t edge, uint32_t tile_edge)
 {
-    const struct queue_config config = {.width = edge,
-                                        .height = edge,
-                                        .renderers = 512,
-                                        .tile_edge = tile_edge,
-                                        .probe_edge = 16,
-                                        .samples = samples};
+    const struct queue_config config = {
+        .width = edge, .height = edge, .renderers = 512, .tile_edge = tile_edge, .probe_edge = 16};
     struct queue *queue = queue_create(&config);
     float seconds[LOT_TILES];
     bool joined;
     for (uint32_t k = 0; k < LOT_TILES; k++)
-        seconds[k] = (float)pixel_s;
+        seconds[k] = 1e-6f;
     for (uint32_t i = 0; !queue->settled; i++) {
         struct tile lot[LOT_TILES];
         uint32_t count = queue_next(queue, i % 512, 0, lot);
         for (uint32_t k = 0; k < count; k++) {
             assert_int_equal(lot[k].pass, TILE_PROBE);
             queue_probed(queue, &lot[k], seconds);
-            queue_finish(queue, i % 512, lot[k].id, 0, pixel_s);
+            queue_finish(queue, i % 512, lot[k].id, 0, 1e-6);
         }
     }
     joined = area(&queue->items[0]) == 4 * tile_edge * tile_edge;
@@ -121,22 +116,17 @@ static bool are_joined(uint32_t edge, uint32_t tile_edge, double pixel_s, uint32
     return joined;
 }
 
-/* Many renderers get tiles that are a larger part of their share if there is so little work that the master would
- * otherwise not keep up: 512 renderers if a tile takes them less than 307 us. But two tiles that are a quarter of a
- * share stay apart, however little work there is. */
-static void test_more_are_joined_in_a_hurry(void **state)
+/* Four of 128 tiles of a renderer's share are joined, two of eight are not. */
+static void test_joined_are_a_small_part_of_a_share(void **state)
 {
-    assert_true(are_joined(2048, 8, 1e-6, 1));
-    assert_false(are_joined(2048, 8, 1e-4, 1));
-    assert_true(are_joined(2048, 8, 1e-8, 64));
-    assert_false(are_joined(2048, 8, 1e-6, 64));
-    assert_false(are_joined(512, 8, 1e-8, 1));
+    assert_true(are_joined(2048, 8));
+    assert_false(are_joined(512, 8));
 }
 
 /* Tiles that are as large as is best for renderers are not joined, however cheap they are. */
 static void test_large_are_not_joined(void **state)
 {
-    assert_false(are_joined(2048, 16, 1e-8, 1));
+    assert_false(are_joined(2048, 16));
 }
 
 int main(void)
@@ -145,7 +135,7 @@ int main(void)
         cmocka_unit_test(test_cheap_are_joined),
         cmocka_unit_test(test_uncertain_stay_apart),
         cmocka_unit_test(test_joined_before_all_probes),
-        cmocka_unit_test(test_more_are_joined_in_a_hurry),
+        cmocka_unit_test(test_joined_are_a_small_part_of_a_share),
         cmocka_unit_test(test_large_are_not_joined),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

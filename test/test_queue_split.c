@@ -79,71 +79,18 @@ static void test_what_is_not_split(void **state)
     queue_destroy(queue);
 }
 
-/* Pixels of the largest tile in the expensive half of the first full lot after the probes. */
-static uint32_t largest_dear(const struct queue_config *config)
-{
-    struct queue *queue = queue_create(config);
-    struct tile lot[LOT_TILES];
-    uint32_t count, largest = 0;
-    double now = 2e-3;
-    settle_halves(queue, config->width);
-    count = queue_next(queue, 1, now, lot);
-    for (uint32_t i = 0; i < count; i++) {
-        double seconds = (lot[i].x < config->width / 2 ? 1e-6 : 1e-8) * tile_pixels(&lot[i]);
-        queue_finish(queue, 1, lot[i].id, now += seconds, seconds);
-    }
-    count = queue_next(queue, 2, now, lot);
-    for (uint32_t i = 0; i < count; i++)
-        if (lot[i].x < config->width / 2 && tile_pixels(&lot[i]) > largest)
-            largest = tile_pixels(&lot[i]);
-    queue_destroy(queue);
-    return largest;
-}
-
-/* In a small picture expensive tiles are split even if the lot has room for them, as one might be a large part of a
- * renderer's share. In a large picture, tiles that are the same part of all work are handed out whole. */
-static void test_dear_of_few_are_split(void **state)
-{
-    struct queue_config config = {
-        .width = 128, .height = 128, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
-    uint32_t few = largest_dear(&config);
-    assert_true(few > 0 && few < 16 * 16);
-    config.width = config.height = 512;
-    config.tile_edge = 64;
-    assert_int_equal(largest_dear(&config), 64 * 64);
-}
-
-/* Takes in the probes that renderer 0 gets: all pixels cost the same. */
-static void probe_evenly(struct queue *queue, float pixel_s)
-{
-    float seconds[LOT_TILES];
-    for (uint32_t k = 0; k < LOT_TILES; k++)
-        seconds[k] = pixel_s;
-    while (!queue->settled) {
-        struct tile lot[LOT_TILES];
-        uint32_t count = queue_next(queue, 0, 0, lot);
-        for (uint32_t i = 0; i < count; i++) {
-            if (lot[i].pass == TILE_PROBE) queue_probed(queue, &lot[i], seconds);
-            queue_finish(queue, 0, lot[i].id, 0, 1e-3);
-        }
-    }
-}
-
 /* Pixels of the largest tile in some lots, each of which should be half of a tile of 4 x 4 pixels. The first lot,
- * handed out before anything is known of how long tiles take, has left parts of one. probe_edge: see struct
- * queue_config. */
-static uint32_t largest_of_lots(uint32_t samples, uint32_t probe_edge)
+ * handed out before anything is known of how long tiles take, has left parts of one. */
+static uint32_t largest_of_lots(uint32_t samples)
 {
     const uint32_t renderers = 16;
     const struct queue_config config = {.width = 4 * 2 * renderers,
                                         .height = 4,
                                         .renderers = renderers,
                                         .tile_edge = 4,
-                                        .probe_edge = probe_edge,
                                         .samples = samples};
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES];
-    probe_evenly(queue, 1e-3f);
     uint32_t count = queue_next(queue, 1, 0, lot), largest = 0;
     double now = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -164,58 +111,11 @@ static uint32_t largest_of_lots(uint32_t samples, uint32_t probe_edge)
  * it does. */
 static void test_small_are_split_by_their_samples(void **state)
 {
-    assert_int_equal(largest_of_lots(0, 0), 16);
-    assert_int_equal(largest_of_lots(1, 0), 16);
-    assert_int_equal(largest_of_lots(16, 0), 16);
-    assert_int_equal(largest_of_lots(17, 0), 8);
-    assert_int_equal(largest_of_lots(4096, 0), 8);
-}
-
-/* Where probes tell that a tile of few pixels is a large part of a renderer's share, it is split until its parts are
- * not, or have so few samples that they would together cost more than it does. */
-static void test_known_dear_are_split_further(void **state)
-{
-    assert_int_equal(largest_of_lots(1, 4), 16);
-    assert_int_equal(largest_of_lots(16, 4), 16);
-    assert_int_equal(largest_of_lots(64, 4), 4);
-    assert_int_equal(largest_of_lots(4096, 4), 2); /* a pixel is a 32nd part of a share */
-}
-
-/* Whether a tile of 4 x 4 pixels that is predicted to be these parts of a renderer's share is to be split, wherever
- * there is room for it. pixel_s: what one sample of a pixel takes. */
-static bool is_small_split(float pixel_s, double work, double worst)
-{
-    const struct queue_config config = {
-        .width = 128, .height = 4, .renderers = 16, .tile_edge = 4, .probe_edge = 4, .samples = 64};
-    struct queue *queue = queue_create(&config);
-    probe_evenly(queue, pixel_s);
-    uint32_t id = heap_top(&queue->waiting);
-    double share = queue->pace.total / config.renderers;
-    queue->items[id].work = (float)(work * share);
-    queue->items[id].worst = (float)(worst * share);
-    assert_int_equal(area(&queue->items[id]), 16);
-    const struct pace_lot any = {HUGE_VAL, HUGE_VAL};
-    bool is_split = split_is_due(queue, id, any, false);
-    queue_destroy(queue);
-    return is_split;
-}
-
-/* That a small tile may be as expensive as a spot of it, or one beside it, is no reason to split it. */
-static void test_small_are_split_if_dear_all_over(void **state)
-{
-    assert_true(is_small_split(1e-3f, 0.11, 0.11));
-    assert_true(is_small_split(1e-3f, 0.11, 1));
-    assert_false(is_small_split(1e-3f, 0.09, 0.09));
-    assert_false(is_small_split(1e-3f, 0.09, 1));
-}
-
-/* Where pixels are so cheap that the master would spend more than a fifth of its time on the smallest parts, it hands
- * out larger ones: with 64 samples and 32 pixels per renderer below 2.1e-7 s of work per sample. Where all cost the
- * same, work is a quarter of what probes take (FIXED_SHARE in master/cost.c). */
-static void test_smallest_parts_leave_the_master_time(void **state)
-{
-    assert_true(is_small_split(4 * 2.2e-7f, 0.5, 0.5));
-    assert_false(is_small_split(4 * 2e-7f, 0.5, 0.5));
+    assert_int_equal(largest_of_lots(0), 16);
+    assert_int_equal(largest_of_lots(1), 16);
+    assert_int_equal(largest_of_lots(16), 16);
+    assert_int_equal(largest_of_lots(17), 8);
+    assert_int_equal(largest_of_lots(4096), 8);
 }
 
 /* Before there are predictions a lot has several tiles, however large the initial ones are: a single one may be more
@@ -407,11 +307,7 @@ int main(void)
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_worst_cases_are_limited),
         cmocka_unit_test(test_what_is_not_split),
-        cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
-        cmocka_unit_test(test_known_dear_are_split_further),
-        cmocka_unit_test(test_small_are_split_if_dear_all_over),
-        cmocka_unit_test(test_smallest_parts_leave_the_master_time),
         cmocka_unit_test(test_blind_lots_have_several_tiles),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),

@@ -73,28 +73,23 @@ static void test_auto_edge(void **state)
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 2), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 12), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 44), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 100), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 101), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 3, 1000), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 4, 44), 8);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 15, 12), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 12), 8);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 2), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 1920, 1440, 16, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 4, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 4, 13), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 256, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 1920, 1440, 16, 44), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 16, 1), 32);
 }
 
 static void test_auto_probe_edge(void **state)
 {
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1), 24);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
-    assert_int_equal(queue_auto_probe_edge(64, 48, 1, 1), 0);
-    /* 25 probes for each processor, but never more than one in 125 samples. */
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 20), 24);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 44), 16);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1000), 12);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 44), 6);
-    assert_int_equal(queue_auto_probe_edge(1, 1, 65535, 1), 0);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 6);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
+    assert_int_equal(queue_auto_probe_edge(191, 192, 1), 0);
+    assert_int_equal(queue_auto_probe_edge(192, 192, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
 }
 
 /* An earlier run has finished three of four pixels, in squares of 16 that do not match the queue's tiles. */
