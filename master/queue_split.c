@@ -16,8 +16,8 @@
 /*
  * A tile that a renderer has not begun is broken into parts (split_dear_parts()) if its worst case is more than
  * DEAR_PART of an even share of all work. Neither probes nor neighbours tell what a tile in the expensive parts of a
- * picture takes, which may be up to ten times what is predicted. Parts have DEAR_PIXELS pixels at least. There a tile of
- * 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % more in tiles of the
+ * picture takes, which may be up to ten times what is predicted. Parts have DEAR_PIXELS pixels at least. There a tile
+ * of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % more in tiles of the
  * lantern that take 200 us and more; with 2 x 2 pixels it is 15 %.
  */
 #define DEAR_PART   0.1

@@ -148,8 +148,9 @@ static void test_equal_renderers(void **state)
     assert_true(efficiency(1, 0) > 0.965);
 }
 
-/* One renderer, then half of them, have a quarter of the speed. The results are 0.966 and 0.894 on every machine, as time
- * is virtual; they would be 0.951 and 0.889 if speeds were not learnt, 0.964 and 0.822 if lots could be expensive. */
+/* One renderer, then half of them, have a quarter of the speed. The results are 0.966 and 0.894 on every machine, as
+ * time is virtual; they would be 0.951 and 0.889 if speeds were not learnt, 0.964 and 0.822 if lots could be
+ * expensive. */
 static void test_uneven_renderers(void **state)
 {
     assert_true(efficiency(0.25, 1) > 0.96);
