@@ -429,7 +429,7 @@ static uint32_t cut_spike(struct triangulation *out, uint32_t index, size_t *lef
 static bool stands_out(struct triangulation *out, size_t count, uint32_t index)
 {
     const struct corner *b = &out->corners[index], *a = &out->corners[b->prev];
-    double y = a->y < b->y ? b->y : nextafter(b->y, INFINITY);
+    double y = a->y < b->y ? b->y : nextafter(b->y, HUGE_VAL);
     bool even = true;
     out->looks += count;
     for (size_t i = 0; i < count; i++) {
