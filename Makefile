@@ -210,7 +210,7 @@ $(foreach level,$(ALL_LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-$(addprefix %/worker/,points.o points_light.o points_order.o points_solids.o points_triangles.o radiance.o sample.o): \
+$(addprefix %/worker/,points.o points_light.o points_solids.o points_triangles.o radiance.o sample.o): \
     FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # A test of cmocka gets a state, which few tests use.

@@ -98,7 +98,8 @@ uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
     const struct item *item = &queue->items[id];
     double dear = DEAR_PART * queue->pace.total / queue_processors(queue);
     double wanted = (double)item->worst / dear, most = (double)area(item) / largest_small(queue);
-    if (!queue->settled || wanted <= 1 || most <= 1) return 0;
+    /* Not more than 1 where both are 0, too. */
+    if (!queue->settled || !(wanted > 1) || most <= 1) return 0;
     return (uint32_t)ceil(fmin(wanted, most));
 }
 

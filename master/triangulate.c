@@ -128,10 +128,7 @@ static bool same_place(const struct corner *a, const struct corner *b)
 
 /* ---- the plane ---- */
 
-/*
- * The exponent of a power of two that scales the polygon to a size of about 1, so that no product overflows; or to less
- * if it is so far away, in a plane across an axis, that its place would overflow.
- */
+/* The exponent of a power of two that scales the polygon to a size of about 1, so that no product overflows. */
 static int size_exponent(const struct vec3 *polygon, size_t count)
 {
     double largest = 0;
@@ -141,18 +138,26 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     }
     int exponent;
     (void)frexp(largest, &exponent);
-    int least = vec_exponent(polygon[0]) - 1000;
-    return exponent + 1 > least ? exponent + 1 : least;
+    return exponent + 1;
 }
 
-/* The corners, scaled to that size. Their origin stays, as to subtract a corner would round. */
+/* The corners, scaled to that size. Their origin stays, as to subtract a corner would round. A coordinate that all have
+ * in common becomes 0, for it may overflow; others are at most 2^53 times the size. */
 static void shrink(const struct vec3 *polygon, size_t count, struct vec3 *points)
 {
     int exponent = size_exponent(polygon, count);
     /* In two steps, as the whole factor may lie outside of the range of double. */
     double first = ldexp(1, -exponent / 2), second = ldexp(1, -exponent - -exponent / 2);
-    for (size_t i = 0; i < count; i++)
-        points[i] = vec_scale(vec_scale(polygon[i], first), second);
+    bool x = false, y = false, z = false;
+    for (size_t i = 1; i < count; i++) {
+        x = x || polygon[i].x != polygon[0].x;
+        y = y || polygon[i].y != polygon[0].y;
+        z = z || polygon[i].z != polygon[0].z;
+    }
+    for (size_t i = 0; i < count; i++) {
+        struct vec3 p = polygon[i], differs = vec3(x ? p.x : 0, y ? p.y : 0, z ? p.z : 0);
+        points[i] = vec_scale(vec_scale(differs, first), second);
+    }
 }
 
 /* Newell's normal: its components are twice the areas of the polygon's projections along the axes. */
@@ -393,11 +398,17 @@ static uint32_t find_fallback(struct triangulation *out, uint32_t start)
 
 /* ---- spikes ---- */
 
-/* Whether the outline comes back along the edge on which it has come to this corner. */
+/* Whether the outline comes back from b towards c along the edge on which it has come from a. */
+static bool comes_back(const struct corner *a, const struct corner *b, const struct corner *c)
+{
+    double along = (a->x - b->x) * (c->x - b->x) + (a->y - b->y) * (c->y - b->y);
+    return same_place(a, c) || (turn_of(a, b, c) == 0 && along > 0);
+}
+
 static bool is_spike(const struct corner *corners, uint32_t index)
 {
     const struct corner *corner = &corners[index];
-    return same_place(&corners[corner->prev], &corners[corner->next]);
+    return comes_back(&corners[corner->prev], corner, &corners[corner->next]);
 }
 
 /*
@@ -413,9 +424,16 @@ static uint32_t cut_spike(struct triangulation *out, uint32_t index, size_t *lef
     while (*left >= 3 && is_spike(corners, index)) {
         index = cut(out, index);
         --*left;
-        /* The two feet stay, which may have normals of their own, unless they are the tip of a longer spike. */
         uint32_t foot = corners[index].next;
-        if (!same_place(&corners[corners[index].prev], &corners[corners[foot].next])) break;
+        if (!same_place(&corners[index], &corners[foot])) {
+            /* One side has a corner that the other has not: it is the tip of what is left. */
+            if (!is_spike(corners, index) && is_spike(corners, foot)) index = foot;
+            continue;
+        }
+        /* The two feet stay, which may have normals of their own, unless they are the tip of a longer spike. */
+        const struct corner *before = &corners[corners[index].prev],
+                            *after = &corners[corners[foot].next];
+        if (!comes_back(before, &corners[index], after)) break;
         cut(out, foot);
         --*left;
     }
@@ -443,15 +461,29 @@ static bool stands_out(struct triangulation *out, size_t count, uint32_t index)
     return even;
 }
 
-/* Cuts off the hairs: where they bend, triangles outside of the polygon would seem to be ears. */
-static void cut_hairs(struct triangulation *out, size_t count, size_t *left)
+/* Cuts off the hair at this corner, with one of the two corners at its foot: with both neither could be an ear. Returns
+ * the corner before it. */
+static uint32_t cut_hair(struct triangulation *out, uint32_t index, size_t *left)
+{
+    const struct corner *corners = out->corners;
+    index = cut_spike(out, index, left);
+    uint32_t foot = corners[index].next;
+    if (*left < 3 || !same_place(&corners[index], &corners[foot])) return index;
+    cut(out, foot);
+    --*left;
+    return index;
+}
+
+/* Cuts off the hairs, unless that takes more looks than it may: where they bend, triangles outside of the polygon would
+ * seem to be ears. */
+static void cut_hairs(struct triangulation *out, size_t count, uint64_t most, size_t *left)
 {
     const struct corner *corners = out->corners;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t at = i;
-        while (*left >= 3 && !corners[at].cut && is_spike(corners, at) &&
+        while (*left >= 3 && out->looks <= most && !corners[at].cut && is_spike(corners, at) &&
                stands_out(out, count, at)) {
-            at = cut_spike(out, at, left);
+            at = cut_hair(out, at, left);
             if (!is_spike(corners, at)) at = corners[at].next;
         }
     }
@@ -471,7 +503,7 @@ static bool clip(struct triangulation *out, size_t count)
     out->looks = 0;
     for (uint32_t i = 0; i < count; i++)
         update_turn(out, i);
-    cut_hairs(out, count, &left);
+    cut_hairs(out, count, most, &left);
     while (corners[at].cut)
         at++;
     update_ears(out, at);

@@ -232,27 +232,52 @@ static void test_slits(void **state)
     check_from_each(shape, COUNT, COUNT - 2);
 }
 
-/* Hairs without any width, which stand out of a square and bend. */
-static void test_hairs(void **state)
+/* Divides the polygon, beginning with each of its corners in turn: the triangles have its area, and none lies outside,
+ * where it would face the other way. */
+static void check_area_from_each(const double (*shape)[2], int count)
 {
-    static const double shape[][2] = {{0, 0}, {4, 0}, {6, 1}, {6, 3}, {6, 1},
-                                      {4, 0}, {4, 4}, {2, 4}, {2, 6}, {1, 7},
-                                      {2, 6}, {3, 7}, {2, 6}, {2, 4}, {0, 4}};
     struct triangulation t = {0};
-    for (int first = 0; first < 15; first++) {
-        struct vec3 polygon[15];
-        for (int i = 0; i < 15; i++)
-            polygon[i] = vec3(shape[(first + i) % 15][0], shape[(first + i) % 15][1], 0);
-        assert_null(triangulate(polygon, 15, &t));
+    double area = 0;
+    for (int i = 0, k = count - 1; i < count; k = i++)
+        area += 0.5 * (shape[k][0] * shape[i][1] - shape[k][1] * shape[i][0]);
+    for (int first = 0; first < count; first++) {
+        struct vec3 polygon[16];
+        for (int i = 0; i < count; i++)
+            polygon[i] = vec3(shape[(first + i) % count][0], shape[(first + i) % count][1], 0);
+        assert_null(triangulate(polygon, (size_t)count, &t));
         assert_false(t.improper);
         double sum = 0;
         for (size_t i = 0; i < t.count; i++) {
             assert_true(triangle_area(polygon, t.triangles[i]).z >= 0);
             sum += triangle_area(polygon, t.triangles[i]).z;
         }
-        assert_true(sum == 16);
+        assert_true(sum == area);
     }
     triangulation_free(&t);
+}
+
+/* Spikes without width that stand out of the polygon: straight, bent, branched, with a corner on one side only, and
+ * beside slits. */
+static void test_hairs(void **state)
+{
+    static const double branched[][2] = {{0, 0}, {4, 0}, {6, 1}, {6, 3}, {6, 1},
+                                         {4, 0}, {4, 4}, {2, 4}, {2, 6}, {1, 7},
+                                         {2, 6}, {3, 7}, {2, 6}, {2, 4}, {0, 4}};
+    static const double one_sided[][2] = {{2, 7}, {2, 9}, {2, 8}, {2, 7}, {2, 1},
+                                          {4, 1}, {4, 7}, {5, 9}, {4, 7}};
+    static const double beside_slits[][2] = {{3, 5}, {3, 0}, {1, 1}, {3, 0}, {5, 0},
+                                             {5, 5}, {3, 5}, {1, 7}, {3, 5}, {5, 0}};
+    check_area_from_each(branched, 15);
+    check_area_from_each(one_sided, 9);
+    check_area_from_each(beside_slits, 10);
+}
+
+/* What is left of one slit lies over the edge from which another one begins. */
+static void test_touching_slits(void **state)
+{
+    static const double shape[][2] = {{9, 10}, {5, 8}, {5, 2}, {7, 8}, {5, 2},
+                                      {12, 2}, {9, 8}, {5, 8}, {9, 8}, {12, 8}};
+    check_area_from_each(shape, 10);
 }
 
 static void test_nearly_flat_and_far_sizes(void **state)
@@ -270,8 +295,8 @@ static void test_nearly_flat_and_far_sizes(void **state)
     }
 }
 
-/* In the plane x = 1, and so small that 1 cannot be scaled with it. */
-static void test_tiny_polygon_far_away(void **state)
+/* In the plane x = far, and so small that this cannot be scaled with it. */
+static void check_tiny(double far)
 {
     static const double ell[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
     struct triangulation t = {0};
@@ -280,7 +305,7 @@ static void test_tiny_polygon_far_away(void **state)
         for (int i = 0; i < 6; i++) {
             const double *p = ell[(first + i) % 6];
             large[i] = vec3(0, p[0], p[1]);
-            polygon[i] = vec3(1, 1e-310 * p[0], 1e-310 * p[1]);
+            polygon[i] = vec3(far, 1e-310 * p[0], 1e-310 * p[1]);
         }
         assert_null(triangulate(polygon, 6, &t));
         assert_int_equal(t.count, 4);
@@ -288,6 +313,12 @@ static void test_tiny_polygon_far_away(void **state)
             assert_true(triangle_area(large, t.triangles[i]).x > 0);
     }
     triangulation_free(&t);
+}
+
+static void test_tiny_polygon_far_away(void **state)
+{
+    check_tiny(1);
+    check_tiny(1e300);
 }
 
 static void test_no_area_and_crossings_end(void **state)
@@ -520,6 +551,7 @@ int main(void)
         cmocka_unit_test(test_slits),
         cmocka_unit_test(test_touching_lobes),
         cmocka_unit_test(test_hairs),
+        cmocka_unit_test(test_touching_slits),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_tiny_polygon_far_away),
         cmocka_unit_test(test_no_area_and_crossings_end),

@@ -67,7 +67,7 @@ static INLINED struct crossings probe_triangle(const struct probe *probe,
 /*
  * Classifies LANES of the `triangles` of a leaf with `count` entries, from number `first` on: those that may
  * be crossed, and those that certainly are. The triangle that the ray starts on is left out where that costs
- * nothing.
+ * nothing. Where float does not tell anything, all may be crossed.
  */
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
