@@ -4,6 +4,7 @@
 
 #include "common/cores.h"
 #include "master/queue_parts.h"
+#include "test/queue_fixture.h"
 #include "test/queue_halves_fixture.h"
 #include "test/unit.h"
 
@@ -116,6 +117,53 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(16), 16);
     assert_int_equal(largest_of_lots(17), 8);
     assert_int_equal(largest_of_lots(4096), 8);
+}
+
+/* Whether a tile of 4 x 4 pixels that is predicted to be this part of a renderer's share is split wherever there is room
+ * for it, whatever its most expensive spot may cost. All pixels cost the same. serving: what an answer takes the master,
+ * seconds; a renderer's share takes 3.2 s. */
+static bool is_small_split(uint32_t samples, double part, double serving)
+{
+    const uint32_t renderers = 16;
+    const struct queue_config config = {.width = 128,
+                                        .height = 4,
+                                        .renderers = renderers,
+                                        .tile_edge = 4,
+                                        .probe_edge = 4,
+                                        .samples = samples};
+    const struct pace_lot any = {HUGE_VAL, HUGE_VAL};
+    struct queue *queue = queue_create(&config);
+    float seconds[LOT_TILES];
+    for (uint32_t k = 0; k < LOT_TILES; k++)
+        seconds[k] = 1;
+    for (double now = 0; !queue->settled || !(queue->pace.scale > 0); now += 1) {
+        struct tile lot[LOT_TILES];
+        uint32_t count = queue_next(queue, 0, now, lot);
+        for (uint32_t i = 0; i < count; i++) {
+            if (lot[i].pass == TILE_PROBE) queue_probed(queue, &lot[i], seconds);
+            queue_finish(queue, 0, lot[i].id, now, 0.1 * tile_pixels(&lot[i]));
+        }
+    }
+    serve_for(queue, serving);
+    uint32_t id = heap_top(&queue->waiting);
+    assert_int_equal(area(&queue->items[id]), 16);
+    double share = queue->pace.total / renderers;
+    queue->items[id].work = (float)(part * share);
+    queue->items[id].worst = (float)share;
+    bool is_split = split_is_due(queue, id, any, false);
+    queue_destroy(queue);
+    return is_split;
+}
+
+/* Small tiles are split if they are dear all over, their parts cost no more, and the master keeps up with them: for 16
+ * renderers in a tenth of a share, 0.32 s, if an answer takes it less than 8 ms (SERVICE_MOST in master/pace.c). */
+static void test_small_are_split_if_dear_all_over(void **state)
+{
+    assert_true(is_small_split(64, 0.11, 1e-6));
+    assert_false(is_small_split(64, 0.09, 1e-6));
+    assert_false(is_small_split(16, 0.11, 1e-6));
+    assert_true(is_small_split(64, 0.11, 7e-3));
+    assert_false(is_small_split(64, 0.11, 9e-3));
 }
 
 /* Before there are predictions a lot has several tiles, however large the initial ones are: a single one may be more
@@ -308,6 +356,7 @@ int main(void)
         cmocka_unit_test(test_worst_cases_are_limited),
         cmocka_unit_test(test_what_is_not_split),
         cmocka_unit_test(test_small_are_split_by_their_samples),
+        cmocka_unit_test(test_small_are_split_if_dear_all_over),
         cmocka_unit_test(test_blind_lots_have_several_tiles),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_blind_are_broken_up),
