@@ -119,9 +119,9 @@ static void test_small_are_split_by_their_samples(void **state)
     assert_int_equal(largest_of_lots(4096), 8);
 }
 
-/* Whether a tile of 4 x 4 pixels that is predicted to be this part of a renderer's share is split wherever there is room
- * for it, whatever its most expensive spot may cost. All pixels cost the same. serving: what an answer takes the master,
- * seconds; a renderer's share takes 3.2 s. */
+/* Whether a tile of 4 x 4 pixels that is predicted to be this part of a renderer's share is split wherever there is
+ * room for it, whatever its most expensive spot may cost. All pixels cost the same. serving: what an answer takes the
+ * master, seconds; a renderer's share takes 3.2 s. */
 static bool is_small_split(uint32_t samples, double part, double serving)
 {
     const uint32_t renderers = 16;
