@@ -98,7 +98,7 @@ uint32_t split_dear_parts(const struct queue *queue, uint32_t id)
     const struct item *item = &queue->items[id];
     double dear = DEAR_PART * queue->pace.total / queue_processors(queue);
     double wanted = (double)item->worst / dear, most = (double)area(item) / largest_small(queue);
-    /* Not more than 1 where both are 0, too. */
+    /* wanted is NaN where there is no work at all. */
     if (!queue->settled || !(wanted > 1) || most <= 1) return 0;
     return (uint32_t)ceil(fmin(wanted, most));
 }
@@ -121,8 +121,8 @@ static bool is_blind_risk(const struct queue *queue, const struct item *item)
 /*
  * Whether a tile that waits is to be split, if need be into parts of fewer than DEAR_PIXELS pixels, where these cost no
  * more: if probes tell that all of it is dear, not its most expensive spot alone, and the master keeps up with such
- * parts, so that a shortest lot is not longer. Of 4096 samples of the lantern on 8,000 to 10,000 processors 3 to 5 %
- * more then goes into tiles that count: the most expensive pixels do not begin last.
+ * parts, so that a shortest lot is not longer. Of 4096 samples of the lantern on 8,000 to 10,000 processors up to 5 %
+ * more then goes into tiles that count, by what its most expensive pixels cost: these do not begin last.
  */
 static bool is_dear_all_over(const struct queue *queue, const struct item *item)
 {

@@ -35,8 +35,8 @@ static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 
 /*
  * Few samples are rendered so soon that the master, which takes some microseconds for a tile, is busy all the time if
- * tiles are smaller than DYNAMIC_EDGE. Single samples of eleven scenes with 640 x 480 pixels on 104 to 128 processors
- * then take 1.4 times as long, of 640 x 120 pixels on 28 to 64 1.2 times; four samples of the lantern on 44 take 7 %
+ * tiles are smaller than DYNAMIC_EDGE. Single samples of twelve scenes with 640 x 480 pixels on 104 to 128 processors
+ * then take 1.4 times as long, of 640 x 120 pixels on 28 to 64 1.2 times; four samples of the lantern on 44 take 6 %
  * less.
  */
 #define FEW_SAMPLES 4

@@ -58,6 +58,7 @@ struct expansion {
     int count;
 };
 
+/* Shewchuk's Grow-Expansion, without components that are 0. */
 static void add(struct expansion *sum, double number)
 {
     int kept = 0;

@@ -17,8 +17,9 @@
  * A limit to the time that a polygon may take. In the worst case ear clipping looks, for each corner, at all others and
  * at as many cells of the grid. Per corner of a simple polygon with POLYGON_MAX_CORNERS corners it looks at some
  * hundred in a gear or a coast, at some thousands in a comb or a spiral, and at up to 13,000 in combs that are not
- * parallel to an axis; in a polygon of random corners at 20,000. A polygon that takes more than POLYGON_LOOKS for each
- * of its corners is refused, so that the time for a file is in proportion to its size: a look takes some nanoseconds.
+ * parallel to an axis; with thousands of slits, each of which takes a look at all corners, at 14,000; in a polygon of
+ * random corners at 20,000. A polygon that takes more than POLYGON_LOOKS for each of its corners is refused, so that
+ * the time for a file is in proportion to its size: a look takes some nanoseconds.
  */
 #define POLYGON_LOOKS 16000
 
@@ -37,9 +38,10 @@ struct triangulation {
 /*
  * Divides a simple polygon of 3 to POLYGON_MAX_CORNERS corners, convex or not, planar or nearly so (it is projected
  * along the dominant axis of its normal). Corners may coincide, be collinear, or touch each other where lobes meet or a
- * hole is joined to the outline: which side of an edge a corner is on is decided exactly. n corners give n - 2
- * triangles; from five corners on, triangles without area are left out. A polygon that crosses itself is improper.
- * Returns NULL, or a constant text that says what is wrong: it takes more than POLYGON_LOOKS.
+ * hole is joined to the outline, and edges may go out and come back: which side of an edge a corner is on is decided
+ * exactly. n corners give n - 2 triangles; from five corners on, triangles without area are left out. A polygon that
+ * crosses itself is improper. Returns NULL, or a constant text that says what is wrong: it takes more than
+ * POLYGON_LOOKS.
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
 

@@ -170,7 +170,7 @@ static void test_bridge_between_holes(void **state)
 }
 
 /* A flat polygon is checked with each of its corners as the first, and reversed. */
-static void check_exactly(const double (*flat)[2], size_t count)
+static void check_exactly(const double (*flat)[2], size_t count, size_t expected)
 {
     struct vec3 polygon[20], reversed[20];
     assert_true(count <= 20);
@@ -179,8 +179,8 @@ static void check_exactly(const double (*flat)[2], size_t count)
             const double *p = flat[(first + i) % count];
             polygon[i] = reversed[count - 1 - i] = vec3(p[0], p[1], 0);
         }
-        check(polygon, count, count - 2);
-        check(reversed, count, count - 2);
+        check(polygon, count, expected);
+        check(reversed, count, expected);
     }
 }
 
@@ -190,7 +190,7 @@ static void test_bridges_with_a_corner_on_one_side(void **state)
     static const double shape[][2] = {{0, 0}, {12, 0}, {12, 12}, {0, 12}, {0, 0}, {2, 4},
                                       {2, 8}, {4, 10}, {4, 8},   {2, 4},  {1, 2}, {0, 0},
                                       {2, 1}, {4, 2},  {8, 4},   {10, 4}, {8, 2}, {4, 2}};
-    check_exactly(shape, 18);
+    check_exactly(shape, 18, 16);
 }
 
 /* A slit with a corner on one of its sides, which lies on the other one exactly: rounded differences of coordinates do
@@ -206,7 +206,7 @@ static void test_corners_exactly_on_an_edge(void **state)
         sheared[i][0] = -3127060048398389 - 589121213002086 * x - 278080147803613 * y;
         sheared[i][1] = 8607173015914607 - 559349764306437 * x - 1302521789305170 * y;
     }
-    check_exactly((const double(*)[2])sheared, COUNT);
+    check_exactly((const double(*)[2])sheared, COUNT, COUNT - 2);
 }
 
 /* Lobes that meet in a corner, or at the ends of a bridge: when all of a lobe has been cut off, a spike without area is
@@ -232,30 +232,6 @@ static void test_slits(void **state)
     check_from_each(shape, COUNT, COUNT - 2);
 }
 
-/* Divides the polygon, beginning with each of its corners in turn: the triangles have its area, and none lies outside,
- * where it would face the other way. */
-static void check_area_from_each(const double (*shape)[2], int count)
-{
-    struct triangulation t = {0};
-    double area = 0;
-    for (int i = 0, k = count - 1; i < count; k = i++)
-        area += 0.5 * (shape[k][0] * shape[i][1] - shape[k][1] * shape[i][0]);
-    for (int first = 0; first < count; first++) {
-        struct vec3 polygon[16];
-        for (int i = 0; i < count; i++)
-            polygon[i] = vec3(shape[(first + i) % count][0], shape[(first + i) % count][1], 0);
-        assert_null(triangulate(polygon, (size_t)count, &t));
-        assert_false(t.improper);
-        double sum = 0;
-        for (size_t i = 0; i < t.count; i++) {
-            assert_true(triangle_area(polygon, t.triangles[i]).z >= 0);
-            sum += triangle_area(polygon, t.triangles[i]).z;
-        }
-        assert_true(sum == area);
-    }
-    triangulation_free(&t);
-}
-
 /* Spikes without width that stand out of the polygon: straight, bent, branched, with a corner on one side only, and
  * beside slits. */
 static void test_hairs(void **state)
@@ -263,13 +239,13 @@ static void test_hairs(void **state)
     static const double branched[][2] = {{0, 0}, {4, 0}, {6, 1}, {6, 3}, {6, 1},
                                          {4, 0}, {4, 4}, {2, 4}, {2, 6}, {1, 7},
                                          {2, 6}, {3, 7}, {2, 6}, {2, 4}, {0, 4}};
-    static const double one_sided[][2] = {{2, 7}, {2, 9}, {2, 8}, {2, 7}, {2, 1},
-                                          {4, 1}, {4, 7}, {5, 9}, {4, 7}};
+    static const double one_sided[][2] = {{6, 3}, {6, 5}, {4, 6}, {2, 7}, {6, 5},
+                                          {2, 5}, {2, 3}, {2, 2}, {2, 1}, {2, 3}};
     static const double beside_slits[][2] = {{3, 5}, {3, 0}, {1, 1}, {3, 0}, {5, 0},
                                              {5, 5}, {3, 5}, {1, 7}, {3, 5}, {5, 0}};
-    check_area_from_each(branched, 15);
-    check_area_from_each(one_sided, 9);
-    check_area_from_each(beside_slits, 10);
+    check_exactly(branched, 15, 3);
+    check_exactly(one_sided, 10, 2);
+    check_exactly(beside_slits, 10, 2);
 }
 
 /* What is left of one slit lies over the edge from which another one begins. */
@@ -277,7 +253,12 @@ static void test_touching_slits(void **state)
 {
     static const double shape[][2] = {{9, 10}, {5, 8}, {5, 2}, {7, 8}, {5, 2},
                                       {12, 2}, {9, 8}, {5, 8}, {9, 8}, {12, 8}};
-    check_area_from_each(shape, 10);
+    for (int first = 0; first < 10; first++) {
+        struct vec3 polygon[10];
+        for (int i = 0; i < 10; i++)
+            polygon[i] = vec3(shape[(first + i) % 10][0], shape[(first + i) % 10][1], 0);
+        check(polygon, 10, 5);
+    }
 }
 
 static void test_nearly_flat_and_far_sizes(void **state)
