@@ -39,7 +39,8 @@ struct mtl {
     struct scan scan;
     /* Which warnings have been given: each is given once per file. */
     bool told_curve, told_halo, told_texture, told_emission, told_case, told_no_ior;
-    bool told_gain, told_bright;
+    bool told_gain, told_bright, told_twice;
+    uint32_t first; /* the file's first item */
 };
 
 struct material_library *material_library_create(void)
@@ -74,6 +75,18 @@ void material_library_try(const struct material_library *library, struct nearest
     free(names);
 }
 
+/* A name that an earlier file defines, too, is no mistake: a later library may override it. */
+static void warn_of_second(struct mtl *mtl, const char *name)
+{
+    uint32_t earlier = 0;
+    if (mtl->told_twice || !name_table_find(&mtl->library->names, name, &earlier)) return;
+    if (earlier < mtl->first) return;
+    user_warning(mtl->scan.path, mtl->scan.line,
+                 "material '%s' is defined in line %ld, too; this one counts", name,
+                 mtl->library->items[earlier].line);
+    mtl->told_twice = true;
+}
+
 static bool add_material(struct mtl *mtl)
 {
     char name[MATERIAL_NAME_SIZE];
@@ -83,6 +96,7 @@ static bool add_material(struct mtl *mtl)
         user_error(mtl->scan.path, mtl->scan.line, "too many materials, expected less than 2^32");
         return false;
     }
+    warn_of_second(mtl, name);
     library->items = grow(library->items, library->count, sizeof *library->items);
     name_table_set(&library->names, name, library->count);
     library->items[library->count++] = (struct mtl_material){.illum = -1,
@@ -232,11 +246,11 @@ static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
  * reflection is as strong as the highlight. Ambient and diffuse light are scaled by 1 - transmission: a material that
  * hides next to nothing of what is behind it shows next to nothing of its own colour.
  */
-static void finish(struct mtl *mtl, size_t first)
+static void finish(struct mtl *mtl)
 {
     struct material_library *library = mtl->library;
     const char *path = mtl->scan.path, *others = ", as may others after it";
-    for (size_t i = first; i < library->count; i++) {
+    for (size_t i = mtl->first; i < library->count; i++) {
         struct mtl_material *m = &library->items[i];
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
@@ -265,20 +279,19 @@ static bool refuse_value(const struct mtl *mtl, const char *word)
 static bool read_lines(struct mtl *mtl)
 {
     struct material_library *library = mtl->library;
-    uint32_t first = library->count;
     while (scan_next_line(&mtl->scan)) {
         char word[32];
         scan_word(&mtl->scan, word, sizeof word);
         if (strcmp(word, "newmtl") == 0) {
             if (!add_material(mtl)) return false;
-        } else if (library->count == first) {
+        } else if (library->count == mtl->first) {
             pass_over(mtl, word);
         } else if (!read_value(mtl, &library->items[library->count - 1], word)) {
             return refuse_value(mtl, word);
         }
         mtl->scan.at += strcspn(mtl->scan.at, "\n");
     }
-    finish(mtl, first);
+    finish(mtl);
     return true;
 }
 
@@ -286,7 +299,8 @@ bool material_library_read(struct material_library *library, const char *path)
 {
     struct text_file file;
     if (!text_file_read(path, SCENE_MAX_BYTES, &file)) return false;
-    struct mtl mtl = {.library = library, .scan = scan_start(file.text, path, false)};
+    struct mtl mtl = {
+        .library = library, .scan = scan_start(file.text, path, false), .first = library->count};
     bool good = read_lines(&mtl);
     text_file_free(&file);
     return good;
