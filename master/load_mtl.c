@@ -16,7 +16,7 @@
 struct mtl_material {
     struct material material;
     double mirror; /* max(Ks): the reflection if illum says so */
-    double illum;  /* illumination model; < 0: not given */
+    double illum;  /* illumination model; -1: not given */
     bool has_d;    /* d is given, which has precedence over Tr, whatever their order */
     long line;     /* of newmtl */
     long color_line;
@@ -28,6 +28,9 @@ struct material_library {
     struct mtl_material *items;
     uint32_t count;
 };
+
+/* The last illumination model that the format has. */
+#define ILLUM_MAX 10
 
 /* The index of refraction of a material that gives none: light is not bent, as in thin sheets, which are often modelled
  * so. */
@@ -172,6 +175,12 @@ static bool read_ior(struct scan *scan, struct mtl_material *m)
     return true;
 }
 
+static bool read_model(struct scan *scan, double *model)
+{
+    return scan_number(scan, model) && *model >= 0 && *model <= ILLUM_MAX &&
+           *model == floor(*model);
+}
+
 /* Whether the statement names a texture: map_Kd, map_Bump and others, in upper or lower case, some without map_. */
 static bool is_texture(const char *word)
 {
@@ -224,7 +233,7 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     if (strcmp(word, "Ni") == 0) return read_ior(scan, m);
     if (strcmp(word, "d") == 0) return read_opacity(mtl, m);
     if (strcmp(word, "Tr") == 0) return read_transparency(mtl, m);
-    if (strcmp(word, "illum") == 0) return scan_number(scan, &m->illum);
+    if (strcmp(word, "illum") == 0) return read_model(scan, &m->illum);
     if (strcmp(word, "Ks") != 0) return pass_over(mtl, word), true;
     struct vec3 color = vec3(0, 0, 0);
     if (!read_color(mtl, &color)) return false;
@@ -265,14 +274,24 @@ static void finish(struct mtl *mtl)
 
 static bool refuse_value(const struct mtl *mtl, const char *word)
 {
-    if (mtl->scan.too_large)
+    static const struct {
+        const char *word, *needs;
+    } values[] = {
+        {"Kd", "a colour: three numbers >= 0"},
+        {"Ks", "a colour: three numbers >= 0"},
+        {"Ns", "a number from 0 to " DIGITS(SHININESS_MAX)},
+        {"Ni", "an index of refraction, a number >= 0"},
+        {"d", "a number from 0 to 1"},
+        {"Tr", "a number from 0 to 1"},
+        {"illum", "a whole number from 0 to " DIGITS(ILLUM_MAX)},
+    };
+    if (mtl->scan.too_large) {
         user_error(mtl->scan.path, mtl->scan.line, "'%s': " NUMBER_TOO_LARGE, word);
-    else
-        user_error(
-            mtl->scan.path, mtl->scan.line,
-            "'%s' needs finite numbers in their range, such as a colour >= 0 or a share from "
-            "0 to 1",
-            word);
+        return false;
+    }
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++)
+        if (strcmp(word, values[i].word) == 0)
+            user_error(mtl->scan.path, mtl->scan.line, "'%s' needs %s", word, values[i].needs);
     return false;
 }
 

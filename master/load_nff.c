@@ -144,6 +144,7 @@ static bool read_resolution(struct nff *nff)
 static bool read_background(struct nff *nff)
 {
     struct vec3 *color = &nff->background;
+    if (nff->has_background) return refuse(nff, "a second background, expected one");
     nff->has_background = true;
     return complete(
         nff, scan_vector(&nff->scan, color) && color->x >= 0 && color->y >= 0 && color->z >= 0,

@@ -168,8 +168,8 @@ static void refuse_without_section(const char *argument)
     free(meant);
 }
 
-/* Reports a second scene. If it is the name of a section, the shell has probably split an override that needs
- * quotes. */
+/* Reports a second scene. If it is the name of a section, or a number, the shell has probably split an override that
+ * needs quotes. */
 static void refuse_second_scene(const char *argument, const char *config)
 {
     if (image_extension_known(argument)) {
@@ -177,7 +177,9 @@ static void refuse_second_scene(const char *argument, const char *config)
                    argument);
         return;
     }
-    bool quotes = is_section(argument, strlen(argument)) && access(argument, F_OK) != 0;
+    size_t length = strlen(argument);
+    bool part = is_section(argument, length) || strspn(argument, "+-.0123456789Ee") == length;
+    bool quotes = part && access(argument, F_OK) != 0;
     user_error(
         NULL, 0, "'%s' is a second scene after '%s', expected one CONFIG and section.key=value%s",
         argument, config,

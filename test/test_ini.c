@@ -196,6 +196,9 @@ static void test_unknown_names(void **state)
             "scene.ini:6: [sphere]: there is no [material mirror], expected one of gold stone");
     refused(state, "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = mirror\n",
             "scene.ini:4: [sphere]: there is no [material mirror], expected the name of one");
+    refused(state, "[material a]\n[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = a # red\n",
+            "scene.ini:5: [sphere]: there is no [material a # red], expected one of a; a comment "
+            "behind a value begins with ' ;'");
     refused(state, "[camera main]\n", "scene.ini:1: [camera] takes no name, expected [camera]");
     refused(state, "[material]\n",
             "scene.ini:1: [material]: a material needs a name, expected [material NAME]");

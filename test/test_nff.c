@@ -286,6 +286,7 @@ static void test_mistakes_of_the_view(void **state)
     refused(state, "v\nfrom 1 2 3\nfrom 1 2 3\n",
             "scene.nff:3: a part of the view twice, expected it once");
     refused(state, VIEW "v\n", "scene.nff:8: a second view, expected one");
+    refused(state, "b 0 0 0\nb 1 1 1\n", "scene.nff:2: a second background, expected one");
     refused(state, "v\nangle 180\n", "scene.nff:2: 'angle' needs a number > 0 and < 180");
     refused(state, "v\nresolution 4294967297 5\n",
             "scene.nff:2: 'resolution' needs two whole numbers from 1 to 65535");

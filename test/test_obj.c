@@ -472,10 +472,7 @@ static void test_missing_library(void **state)
     free(loaded(state, "mtllib none.mtl\n" SQUARE "usemtl red\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "mesh.obj:1: warning: the material file 'none.mtl' is missing\n");
     write_text("bad.mtl", "newmtl red\nKd 1 x 0\n");
-    refused(state, "mtllib bad.mtl\n",
-            "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a share "
-            "from "
-            "0 to 1");
+    refused(state, "mtllib bad.mtl\n", "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0");
 }
 
 /* One that may not be read: root, who may read all, takes another user's rights meanwhile. */
@@ -542,20 +539,20 @@ static void test_legal_forms_of_materials(void **state)
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
     write_text("bad.mtl", "newmtl a\nKd 1 0 -1\n");
-    scratch_refused(
-        *state, "scene.ini", NULL,
-        "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a "
-        "share from 0 to 1");
+    scratch_refused(*state, "scene.ini", NULL,
+                    "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0");
     write_text("bad.mtl", "newmtl a\nNs 1e16\n");
-    scratch_refused(
-        *state, "scene.ini", NULL,
-        "bad.mtl:2: 'Ns' needs finite numbers in their range, such as a colour >= 0 or a "
-        "share from 0 to 1");
+    scratch_refused(*state, "scene.ini", NULL, "bad.mtl:2: 'Ns' needs a number from 0 to 1e15");
+    static const char *const models[] = {"-1", "1.5", "11", "nan", "x"};
+    for (size_t i = 0; i < sizeof models / sizeof *models; i++) {
+        char mtl[64];
+        snprintf(mtl, sizeof mtl, "newmtl a\nillum %s\n", models[i]);
+        write_text("bad.mtl", mtl);
+        scratch_refused(*state, "scene.ini", NULL,
+                        "bad.mtl:2: 'illum' needs a whole number from 0 to 10");
+    }
     write_text("bad.mtl", "newmtl a\nd -halo 1.5\n");
-    scratch_refused(
-        *state, "scene.ini", NULL,
-        "bad.mtl:2: 'd' needs finite numbers in their range, such as a colour >= 0 or a "
-        "share from 0 to 1");
+    scratch_refused(*state, "scene.ini", NULL, "bad.mtl:2: 'd' needs a number from 0 to 1");
 }
 
 /* An index of 0 counts as not given, with a warning if the material transmits light. An invalid index is still an
@@ -585,8 +582,7 @@ static void test_index_of_refraction_of_0(void **state)
         snprintf(mtl, sizeof mtl, "newmtl a\nNi %s\n", mistakes[i]);
         write_text("bad.mtl", mtl);
         refused(state, "mtllib bad.mtl\n",
-                "bad.mtl:2: 'Ni' needs finite numbers in their range, such as a colour >= 0 or a "
-                "share from 0 to 1");
+                "bad.mtl:2: 'Ni' needs an index of refraction, a number >= 0");
     }
 }
 
