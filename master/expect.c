@@ -14,6 +14,8 @@
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
 /* Surprises are summed over blocks, squares as high as a band: a thousand pixels show how frequent surprises are.
+ * Without them 18 scenes (200 x 150, four targets) take 3 % fewer rays for the same true error, but where needles and
+ * hairs are most of the error, estimates are off too far (test_adaptive_errors.c).
  * block_count(): blocks of a band; block_of(): the block that a column is in. */
 #define BLOCK_EDGE BAND_ROWS
 
