@@ -85,7 +85,7 @@ static void warn_of_second(struct mtl *mtl, const char *name)
     if (mtl->told_twice || !name_table_find(&mtl->library->names, name, &earlier)) return;
     if (earlier < mtl->first) return;
     user_warning(mtl->scan.path, mtl->scan.line,
-                 "material '%s' is defined in line %ld, too; this one counts", name,
+                 "material '%s' is defined in line %ld, too; the last one counts", name,
                  mtl->library->items[earlier].line);
     mtl->told_twice = true;
 }

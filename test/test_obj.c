@@ -453,8 +453,8 @@ static void test_unknown_name_of_a_material(void **state)
     write_text("metals.mtl", "newmtl gold\nKd 1 1 0\nnewmtl gold\nnewmtl tin\n");
     free(loaded(state, "mtllib metals.mtl\n" SQUARE "usemtl gld\nf 1 2 3\n", ""));
     assert_string_equal(s->said,
-                        "metals.mtl:3: warning: material 'gold' is defined in line 1, too; this "
-                        "one counts\n"
+                        "metals.mtl:3: warning: material 'gold' is defined in line 1, too; the "
+                        "last one counts\n"
                         "mesh.obj:6: warning: no material is called 'gld', grey is used, "
                         "did you mean 'gold'?\n");
     free(loaded(state, SQUARE "usemtl gld\nf 1 2 3\n", ""));
@@ -592,7 +592,7 @@ static void test_libraries_and_names(void **state)
 {
     struct scratch *s = *state;
     const char *twice =
-        "one.mtl:3: warning: material 'm' is defined in line 1, too; this one counts\n";
+        "one.mtl:3: warning: material 'm' is defined in line 1, too; the last one counts\n";
     write_text("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl m\nKd 0 1 0\nnewmtl m\nKd 0 1 0\n");
     write_text("two.mtl", "newmtl m\nKd 0 0 1\n");
     struct scene *scene = loaded(state, "mtllib one.mtl\n" SQUARE "usemtl m\nf 1 2 3\n", "");
