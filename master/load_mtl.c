@@ -251,7 +251,7 @@ static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
 }
 
 /*
- * Completes the materials from number `first` on. Illumination models 0 and 1 have no highlight; from 3 on, the
+ * Completes the file's materials. Illumination models 0 and 1 have no highlight; from 3 on, the
  * reflection is as strong as the highlight. Ambient and diffuse light are scaled by 1 - transmission: a material that
  * hides next to nothing of what is behind it shows next to nothing of its own colour.
  */
@@ -277,8 +277,8 @@ static bool refuse_value(const struct mtl *mtl, const char *word)
     static const struct {
         const char *word, *needs;
     } values[] = {
-        {"Kd", "a colour: three numbers >= 0"},
-        {"Ks", "a colour: three numbers >= 0"},
+        {"Kd", "a colour: three numbers >= 0, or one for all three"},
+        {"Ks", "a colour: three numbers >= 0, or one for all three"},
         {"Ns", "a number from 0 to " DIGITS(SHININESS_MAX)},
         {"Ni", "an index of refraction, a number >= 0"},
         {"d", "a number from 0 to 1"},
@@ -289,9 +289,10 @@ static bool refuse_value(const struct mtl *mtl, const char *word)
         user_error(mtl->scan.path, mtl->scan.line, "'%s': " NUMBER_TOO_LARGE, word);
         return false;
     }
+    const char *needs = "another value";
     for (size_t i = 0; i < sizeof values / sizeof *values; i++)
-        if (strcmp(word, values[i].word) == 0)
-            user_error(mtl->scan.path, mtl->scan.line, "'%s' needs %s", word, values[i].needs);
+        if (strcmp(word, values[i].word) == 0) needs = values[i].needs;
+    user_error(mtl->scan.path, mtl->scan.line, "'%s' needs %s", word, needs);
     return false;
 }
 

@@ -69,9 +69,10 @@ bool resolve_material(const struct reading *at, const struct object *object, uin
     struct nearest_name search = {.name = object->material};
     try_materials(at->part, &search);
     char *hint = nearest_name_hint(&search);
-    char *text =
-        format_text("there is no [material %s]%s%s", object->material,
-                    *hint ? hint : ", expected the name of one", comment_hint(object->material));
+    bool in_file = ini_place_of(at->ini, at->section, "material").line > 0;
+    char *text = format_text("there is no [material %s]%s%s", object->material,
+                             *hint ? hint : ", expected the name of one",
+                             in_file ? comment_hint(object->material) : "");
     refuse_section_key(at, "material", text);
     free(text);
     free(hint);

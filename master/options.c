@@ -8,6 +8,7 @@
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/nearest_name.h"
+#include "master/number.h"
 #include "master/path.h"
 #include "master/scene_sections.h"
 #include "master/settings.h"
@@ -65,9 +66,14 @@ static char *with_section(const char *argument)
     return NULL;
 }
 
+/* Behind what is probably a part of an override with spaces that the shell has split. */
+#define NEEDS_QUOTES "settings with spaces need quotes, such as \"light key.color=1 1 1\""
+
 /* The end of the message about an unknown option. The caller frees it. */
 static char *hint_of_flag(const char *argument)
 {
+    double number;
+    if (number_parse(argument, &number)) return copy_text(NEEDS_QUOTES);
     if (has_scene_extension(argument))
         return format_text("expected ./ in front of a file's name: ./%s", argument);
     if (strncmp(argument, "-n", 2) == 0) /* an option of mpiexec: -n 4, -np 4 */
@@ -177,13 +183,12 @@ static void refuse_second_scene(const char *argument, const char *config)
                    argument);
         return;
     }
-    size_t length = strlen(argument);
-    bool part = is_section(argument, length) || strspn(argument, "+-.0123456789Ee") == length;
+    double number;
+    bool part = is_section(argument, strlen(argument)) || number_parse(argument, &number);
     bool quotes = part && access(argument, F_OK) != 0;
-    user_error(
-        NULL, 0, "'%s' is a second scene after '%s', expected one CONFIG and section.key=value%s",
-        argument, config,
-        quotes ? "; settings with spaces need quotes, such as \"light key.color=1 1 1\"" : "");
+    user_error(NULL, 0,
+               "'%s' is a second scene after '%s', expected one CONFIG and section.key=value%s",
+               argument, config, quotes ? "; " NEEDS_QUOTES : "");
 }
 
 bool options_parse(int argc, char **argv, struct options *options)

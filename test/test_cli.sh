@@ -99,7 +99,8 @@ values() { # what looks like a setting is taken for no scene
         wrong 0 "did you mean 'image.width=30'" everything.ini width=30 &&
         wrong 0 "'foo=30' is neither" everything.ini foo=30 &&
         wrong 0 "'light' is a second scene.*quotes" everything.ini light key.color=1 1 1 &&
-        wrong 0 "'0' is a second scene.*quotes" everything.ini image.region=0 0 5 5
+        wrong 0 "'0' is a second scene.*quotes" everything.ini image.region=0 0 5 5 &&
+        wrong 0 "unknown option '-1', settings with spaces need quotes" everything.ini camera.eye=0 -1 5
 }
 check "settings in pieces" values
 for scene in sphere.obj camera.ini box.nff; do # which is not there, and begins like a setting

@@ -472,7 +472,8 @@ static void test_missing_library(void **state)
     free(loaded(state, "mtllib none.mtl\n" SQUARE "usemtl red\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "mesh.obj:1: warning: the material file 'none.mtl' is missing\n");
     write_text("bad.mtl", "newmtl red\nKd 1 x 0\n");
-    refused(state, "mtllib bad.mtl\n", "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0");
+    refused(state, "mtllib bad.mtl\n",
+            "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0, or one for all three");
 }
 
 /* One that may not be read: root, who may read all, takes another user's rights meanwhile. */
@@ -540,7 +541,7 @@ static void test_legal_forms_of_materials(void **state)
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
     write_text("bad.mtl", "newmtl a\nKd 1 0 -1\n");
     scratch_refused(*state, "scene.ini", NULL,
-                    "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0");
+                    "bad.mtl:2: 'Kd' needs a colour: three numbers >= 0, or one for all three");
     write_text("bad.mtl", "newmtl a\nNs 1e16\n");
     scratch_refused(*state, "scene.ini", NULL, "bad.mtl:2: 'Ns' needs a number from 0 to 1e15");
     static const char *const models[] = {"-1", "1.5", "11", "nan", "x"};
