@@ -32,6 +32,21 @@ struct material_library {
 /* The last illumination model that the format has. */
 #define ILLUM_MAX 10
 
+/* All keys that are read, and what their values have to be. */
+static const struct {
+    const char *word, *needs;
+} keys[] = {
+    {"newmtl", "a name"},
+    {"Kd", "a colour: three numbers >= 0, or one for all three"},
+    {"Ks", "a colour: three numbers >= 0, or one for all three"},
+    {"Ns", "a number from 0 to " DIGITS(SHININESS_MAX)},
+    {"Ni", "an index of refraction, a number >= 0"},
+    {"d", "a number from 0 to 1"},
+    {"Tr", "a number from 0 to 1"},
+    {"illum", "a whole number from 0 to " DIGITS(ILLUM_MAX)},
+};
+#define KEYS (sizeof keys / sizeof *keys)
+
 /* The index of refraction of a material that gives none: light is not bent, as in thin sheets, which are often modelled
  * so. */
 #define NO_IOR 1
@@ -206,12 +221,12 @@ static void warn_of_emission(struct mtl *mtl)
  * wrong case, textures and emitted light. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
-    static const char *const keys[] = {"newmtl", "Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
-    for (size_t i = 0; i < sizeof keys / sizeof *keys && !mtl->told_case; i++) {
-        mtl->told_case = strcasecmp(word, keys[i]) == 0 && strcmp(word, keys[i]) != 0;
+    for (size_t i = 0; i < KEYS && !mtl->told_case; i++) {
+        const char *key = keys[i].word;
+        mtl->told_case = strcasecmp(word, key) == 0 && strcmp(word, key) != 0;
         if (mtl->told_case)
             user_warning(mtl->scan.path, mtl->scan.line, "'%s' is left out, did you mean '%s'?",
-                         word, keys[i]);
+                         word, key);
     }
     if (strcmp(word, "Ke") == 0) warn_of_emission(mtl);
     if (mtl->told_texture || !is_texture(word)) return;
@@ -272,27 +287,16 @@ static void finish(struct mtl *mtl)
     }
 }
 
+/* word: one of the keys */
 static bool refuse_value(const struct mtl *mtl, const char *word)
 {
-    static const struct {
-        const char *word, *needs;
-    } values[] = {
-        {"Kd", "a colour: three numbers >= 0, or one for all three"},
-        {"Ks", "a colour: three numbers >= 0, or one for all three"},
-        {"Ns", "a number from 0 to " DIGITS(SHININESS_MAX)},
-        {"Ni", "an index of refraction, a number >= 0"},
-        {"d", "a number from 0 to 1"},
-        {"Tr", "a number from 0 to 1"},
-        {"illum", "a whole number from 0 to " DIGITS(ILLUM_MAX)},
-    };
-    if (mtl->scan.too_large) {
+    size_t i = 0;
+    while (i + 1 < KEYS && strcmp(word, keys[i].word) != 0)
+        i++;
+    if (mtl->scan.too_large)
         user_error(mtl->scan.path, mtl->scan.line, "'%s': " NUMBER_TOO_LARGE, word);
-        return false;
-    }
-    const char *needs = "another value";
-    for (size_t i = 0; i < sizeof values / sizeof *values; i++)
-        if (strcmp(word, values[i].word) == 0) needs = values[i].needs;
-    user_error(mtl->scan.path, mtl->scan.line, "'%s' needs %s", word, needs);
+    else
+        user_error(mtl->scan.path, mtl->scan.line, "'%s' needs %s", word, keys[i].needs);
     return false;
 }
 

@@ -462,8 +462,11 @@ static void test_unknown_name_of_a_material(void **state)
                         "mesh.obj:5: warning: no material is called 'gld', grey is used\n");
     free(
         loaded(state, "mtllib metals.mtl\n" SQUARE "usemtl silver\nf 1 2 3\n", "[material tin]\n"));
-    assert_non_null(strstr(s->said, "mesh.obj:6: warning: no material is called 'silver', grey is "
-                                    "used, expected one of tin gold\n"));
+    assert_string_equal(s->said,
+                        "metals.mtl:3: warning: material 'gold' is defined in line 1, too; the "
+                        "last one counts\n"
+                        "mesh.obj:6: warning: no material is called 'silver', grey is used, "
+                        "expected one of tin gold\n");
 }
 
 static void test_missing_library(void **state)
