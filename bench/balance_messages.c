@@ -86,6 +86,7 @@ static void take_result(struct flood *flood, const char *result)
     memcpy(&header, result, sizeof header);
     if (!result_message_valid(&header, flood->bytes, &flood->tile, false))
         fatal("a result is wrong");
+    canvas_expect(&flood->canvas, &flood->tile);
     canvas_put(&flood->canvas, &flood->tile, (const void *)(result + sizeof header));
 }
 
@@ -97,6 +98,7 @@ static int handle_tray(struct flood *flood, uint32_t who)
     for (uint32_t bytes; (bytes = slots_bytes(&tray->results, flood->turns[who])) > 0; results++) {
         unsigned turn = flood->turns[who]++;
         if (bytes != flood->bytes) fatal("a result has another length");
+        tray_expect_lot(tray, turn);
         take_result(flood, tray->result[turn % TRAY_SLOTS]);
         slots_empty(&tray->results, turn);
         tray_put_lot(tray, turn, &flood->tile, sizeof flood->tile);

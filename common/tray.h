@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "common/bell.h"
+#include "common/prefetch.h"
 #include "common/protocol.h"
 #include "common/whole.h"
 
@@ -94,6 +95,17 @@ static inline void slots_fill(struct slots *slots, unsigned turn, uint32_t bytes
 static inline void slots_empty(struct slots *slots, unsigned turn)
 {
     atomic_store_explicit(&slots->bytes[turn % TRAY_SLOTS], 0, memory_order_release);
+}
+
+/* Called by the master, which is about to put a lot of a few tiles into the slot whose turn it is: asks for the memory,
+ * which the renderer's core has. */
+static inline void tray_expect_lot(const struct tray *tray, unsigned turn)
+{
+    enum { FEW = 4 };
+    prefetch_to_write(&tray->sent, 1);
+    prefetch_to_write(&tray->lots, 1);
+    prefetch_to_write(tray->lot[turn % TRAY_SLOTS],
+                      sizeof(struct lot_header) + FEW * (sizeof(float) + sizeof(struct tile)));
 }
 
 /* Called by the master: puts a lot into the slot whose turn it is, which must be empty. */

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/prefetch.h"
+#include "common/whole.h"
 
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
 {
@@ -43,12 +45,39 @@ static void assert_inside(const struct canvas *canvas, const struct tile *tile)
     (void)canvas, (void)tile;
 }
 
+static size_t row_bytes(const struct tile *tile)
+{
+    return 3 * (size_t)tile->w * sizeof(float);
+}
+
+/* The number of rows that are asked for before they are stored; 0: they are so long that the processor asks for the
+ * rest of each by itself. */
+static uint32_t rows_ahead(const struct tile *tile)
+{
+    return (uint32_t)(CANVAS_AHEAD / row_bytes(tile));
+}
+
+static void expect_row(const struct canvas *canvas, const struct tile *tile, uint32_t row)
+{
+    if (row < tile->h)
+        prefetch_to_write(canvas_at(canvas, tile->x, tile->y + row), row_bytes(tile));
+}
+
+void canvas_expect(const struct canvas *canvas, const struct tile *tile)
+{
+    uint32_t rows = is_rectangle(tile) ? smaller(rows_ahead(tile), tile->h) : 0;
+    for (uint32_t row = 0; row < rows; row++)
+        expect_row(canvas, tile, row);
+}
+
 /* Copies a rectangle, without a division to find each row. */
 static void put_rows(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
     float *there = canvas_at(canvas, tile->x, tile->y);
+    uint32_t ahead = rows_ahead(tile);
     for (uint32_t row = 0; row < tile->h; row++) {
-        memcpy(there, rgb, 3 * (size_t)tile->w * sizeof *rgb);
+        if (ahead > 0) expect_row(canvas, tile, row + ahead);
+        memcpy(there, rgb, row_bytes(tile));
         there += 3 * (size_t)canvas->width;
         rgb += 3 * (size_t)tile->w;
     }

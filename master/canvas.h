@@ -27,6 +27,13 @@ static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
 void canvas_free(struct canvas *canvas);
 
+/* The most bytes that are asked for before they are stored: those of a tile of 16 x 16 pixels fit, and it is a small
+ * part of the first-level cache. */
+#define CANVAS_AHEAD 4096u
+
+/* The tile, which is valid, is about to be stored: asks for the memory of its first rows. */
+void canvas_expect(const struct canvas *canvas, const struct tile *tile);
+
 /* Copies a tile's pixels (3 floats each, in the tile's order) into the picture; the tile is valid. */
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb);
 

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "common/prefetch.h"
+#include "common/whole.h"
 
 void heap_reserve(struct heap *heap, uint32_t ids)
 {
@@ -25,6 +27,12 @@ void heap_free(struct heap *heap)
 /* Children of an entry. With four, which are 64 bytes, a path down is half as long as in a binary heap, and
  * those that are compared are adjacent in memory. */
 #define CHILDREN 4
+
+void heap_expect(const struct heap *heap)
+{
+    const uint32_t three_levels = 1 + CHILDREN + CHILDREN * CHILDREN;
+    prefetch_to_write(heap->entries, smaller(heap->count, three_levels) * sizeof *heap->entries);
+}
 
 static void set_entry(struct heap *heap, uint32_t place, struct heap_entry entry)
 {

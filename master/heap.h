@@ -43,6 +43,9 @@ static inline bool heap_before(const struct heap_entry *a, const struct heap_ent
     return a->key > b->key || (a->key == b->key && a->id < b->id);
 }
 
+/* The top is about to be taken: asks for the memory of the first levels. */
+void heap_expect(const struct heap *heap);
+
 /* The id on top; HEAP_ABSENT when the heap is empty. */
 static inline uint32_t heap_top(const struct heap *heap)
 {

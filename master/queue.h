@@ -110,6 +110,10 @@ uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples
 typedef uint32_t queue_finished_pixels(void *state, const struct tile *tile);
 void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state);
 
+/* queue_next() is about to be called for the renderer: asks for the memory that it needs, which arrives while what the
+ * renderer has sent is taken in. */
+void queue_expect(const struct queue *queue, uint32_t renderer);
+
 /*
  * Hands out a lot to the renderer: fills in its tiles and returns their number, at most LOT_TILES. 0: there is
  * nothing for it now (it holds enough, or nothing suitable waits) or ever again: queue_over() tells which.

@@ -19,6 +19,10 @@
 /* Seconds before anything is written: what may be lost without harm. */
 #define LATE 1.0
 
+/* The most tiles for which there is room from the start, 1 MB: page faults and copies to larger blocks would take the
+ * master's time while renderers wait. */
+#define FIRST_TILES 4096u
+
 /* Seconds between two writes while tiles come in: waking up for each tile would cost more than writing it. */
 #define GATHER 0.01
 
@@ -52,7 +56,7 @@ _Static_assert(sizeof(struct tile_head) == 208 && sizeof(struct part_head) == 22
 
 struct finished_list {
     struct finished *items;
-    size_t count;
+    size_t count, room;
 };
 
 struct save {
@@ -193,10 +197,14 @@ static bool append(struct save *save, const struct finished *finished)
 
 /* ---- lists ---- */
 
-static void list_append(struct finished_list *list, const struct finished *item)
+/* A new item at the end, whose content is left to the caller. */
+static struct finished *list_add(struct finished_list *list)
 {
-    list->items = grow(list->items, list->count, sizeof *list->items);
-    list->items[list->count++] = *item;
+    if (list->count == list->room) {
+        list->room = list->room ? 2 * list->room : 64;
+        list->items = reallocate(list->items, list->room, sizeof *list->items);
+    }
+    return &list->items[list->count++];
 }
 
 /* Removes the first items. */
@@ -228,7 +236,7 @@ static bool write_waiting(struct save *save)
 static void take_over(struct save *save)
 {
     for (size_t i = 0; i < save->come.count; i++)
-        list_append(&save->waiting, &save->come.items[i]);
+        *list_add(&save->waiting) = save->come.items[i];
     save->come.count = 0;
 }
 
@@ -268,34 +276,37 @@ static void *write_tiles(void *argument)
     return NULL;
 }
 
-static void come_in(struct save *save, const struct finished *finished)
+static void come_in(struct save *save, const struct tile *tile, const struct result_header *header,
+                    struct part_head *part, size_t bytes)
 {
     pthread_mutex_lock(&save->lock);
-    list_append(&save->come, finished);
+    struct finished *finished = list_add(&save->come);
+    finished->tile = *tile;
+    finished->seconds = header->busy_s;
+    finished->head.cpu_s = header->cpu_s;
+    finished->head.counts = header->counts;
+    finished->part = part;
+    finished->bytes = bytes;
     if (save->idle) pthread_cond_signal(&save->changed);
     pthread_mutex_unlock(&save->lock);
 }
 
 void save_tile(struct save *save, const struct tile *tile, const struct result_header *header)
 {
-    if (!save) return;
-    come_in(save, &(struct finished){.tile = *tile,
-                                     .seconds = header->busy_s,
-                                     .head = {header->cpu_s, header->counts}});
+    if (save) come_in(save, tile, header, NULL, 0);
 }
 
 void save_part(struct save *save, const struct tile *tile, const struct result_header *header,
                const float *part)
 {
     if (!save) return;
-    struct finished finished = {.tile = *tile, .seconds = header->busy_s};
-    finished.bytes = part_bytes(adaptive_pixels(save->adaptive, tile));
-    finished.part = allocate(finished.bytes, 1);
-    *finished.part = (struct part_head){{header->cpu_s, header->counts},
-                                        adaptive_plan_hash(save->adaptive, tile),
-                                        adaptive_limit(save->adaptive)};
-    memcpy(finished.part + 1, part, finished.bytes - sizeof *finished.part);
-    come_in(save, &finished);
+    size_t bytes = part_bytes(adaptive_pixels(save->adaptive, tile));
+    struct part_head *copy = allocate(bytes, 1);
+    *copy = (struct part_head){{header->cpu_s, header->counts},
+                               adaptive_plan_hash(save->adaptive, tile),
+                               adaptive_limit(save->adaptive)};
+    memcpy(copy + 1, part, bytes - sizeof *copy);
+    come_in(save, tile, header, copy, bytes);
 }
 
 /* ---- from open to end ---- */
@@ -375,6 +386,8 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
     found_close(&save->found);
+    save->come.room = tiles < FIRST_TILES ? tiles : FIRST_TILES;
+    save->come.items = allocate_prefaulted(save->come.room, sizeof *save->come.items);
     save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);

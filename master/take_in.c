@@ -4,6 +4,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/prefetch.h"
 #include "common/tray.h"
 #include "master/server.h"
 
@@ -32,6 +33,15 @@ static size_t take_unfinished(struct server *server, uint32_t renderer,
     return sizeof *header;
 }
 
+/* The tile's pixels are about to be copied from the result to the canvas: asks for the memory of both, which
+ * arrives while the queue is told. */
+static void expect_tile(const struct server *server, const struct tile *tile, const float *rgb)
+{
+    size_t bytes = 3 * (size_t)tile_pixels(tile) * sizeof *rgb;
+    prefetch_to_read(rgb, bytes < CANVAS_AHEAD ? bytes : CANVAS_AHEAD);
+    canvas_expect(server->service->canvas, tile);
+}
+
 /* Takes in the first part of a RESULT; returns the length of the part, 0: it is not valid. The lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
 {
@@ -49,10 +59,12 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     /* The floats follow the header, which like all parts is a multiple of 8 bytes long, in an allocated block:
      * they are aligned. */
     const float *rgb = (const void *)(part + sizeof header);
-    if (tile.pass == TILE_PROBE)
+    if (tile.pass == TILE_PROBE) {
         accept_probes(server, renderer, &tile, rgb, &header);
-    else
+    } else {
+        if (!halves) expect_tile(server, &tile, rgb);
         accept_tile(server, renderer, &tile, rgb, &header);
+    }
     /* All that is known of the renderer until its last message comes, or if that never comes. */
     renderer_stats_add(&server->service->stats[renderer], &tile, &header);
     server->pixels += header.pixels;
@@ -67,6 +79,7 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
     server->contacts[renderer].drops = 0;
     server->service->stats[renderer].bytes += bytes;
     pthread_mutex_lock(&server->lock);
+    queue_expect(server->service->queue, renderer);
     while (length > 0 && done < bytes) {
         length = take_part(server, renderer, result + done, bytes - done);
         done += length;
@@ -86,7 +99,10 @@ static int take_tray(struct server *server, uint32_t renderer)
         unsigned turn = contact->results_taken++;
         if (bytes > TRAY_RESULT_BYTES)
             fatal("rank %u left a result that makes no sense", rank_of(server, renderer));
-        if (results++ == 0) note_sign(server, renderer);
+        if (results++ == 0) {
+            tray_expect_lot(tray, contact->lots_put);
+            note_sign(server, renderer);
+        }
         take_parts(server, renderer, tray->result[turn % TRAY_SLOTS], bytes);
         slots_empty(&tray->results, turn);
     }

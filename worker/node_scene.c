@@ -12,6 +12,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/orphan.h"
+#include "common/prefetch.h"
 #include "common/processor.h"
 #include "common/tray.h"
 #include "common/whole.h"
@@ -27,7 +28,6 @@
  *
  * Each part begins at a multiple of a cache line.
  */
-#define CACHE_LINE ((size_t)64)
 
 struct member {
     int32_t process; /* process id */
