@@ -98,7 +98,7 @@ static inline void slots_empty(struct slots *slots, unsigned turn)
 }
 
 /* Called by the master, which is about to put a lot of a few tiles into the slot whose turn it is: asks for the memory,
- * which the renderer's core has. */
+ * whose lines are in the caches of the renderer's core. */
 static inline void tray_expect_lot(const struct tray *tray, unsigned turn)
 {
     enum { FEW = 4 };

@@ -50,8 +50,8 @@ static size_t row_bytes(const struct tile *tile)
     return 3 * (size_t)tile->w * sizeof(float);
 }
 
-/* The number of rows that are asked for before they are stored; 0: they are so long that the processor asks for the
- * rest of each by itself. */
+/* The number of rows that are asked for before they are stored; 0: rows are so long that the hardware prefetcher does
+ * it. */
 static uint32_t rows_ahead(const struct tile *tile)
 {
     return (uint32_t)(CANVAS_AHEAD / row_bytes(tile));

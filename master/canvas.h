@@ -27,8 +27,8 @@ static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
 void canvas_free(struct canvas *canvas);
 
-/* The most bytes that are asked for before they are stored: those of a tile of 16 x 16 pixels fit, and it is a small
- * part of the first-level cache. */
+/* The most bytes that are asked for before they are stored: those of a tile of 16 x 16 pixels fit, and the first-level
+ * cache has room for several times as much, unless rows are a multiple of 4096 bytes long. */
 #define CANVAS_AHEAD 4096u
 
 /* The tile, which is valid, is about to be stored: asks for the memory of its first rows. */

@@ -12,6 +12,7 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
+#include "common/whole.h"
 #include "master/found.h"
 #include "master/journal.h"
 #include "master/path.h"
@@ -235,8 +236,14 @@ static bool write_waiting(struct save *save)
 /* The lock is held. */
 static void take_over(struct save *save)
 {
-    for (size_t i = 0; i < save->come.count; i++)
-        *list_add(&save->waiting) = save->come.items[i];
+    struct finished_list come = save->come;
+    if (save->waiting.count == 0) {
+        save->come = save->waiting;
+        save->waiting = come;
+        return;
+    }
+    for (size_t i = 0; i < come.count; i++)
+        *list_add(&save->waiting) = come.items[i];
     save->come.count = 0;
 }
 
@@ -386,7 +393,7 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
     found_close(&save->found);
-    save->come.room = tiles < FIRST_TILES ? tiles : FIRST_TILES;
+    save->come.room = smaller(tiles, FIRST_TILES);
     save->come.items = allocate_prefaulted(save->come.room, sizeof *save->come.items);
     save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
