@@ -12,28 +12,19 @@
 /* Bytes of a cache line on x86-64, and on AArch64 as a rule. With longer ones some are asked for twice. */
 #define CACHE_LINE ((size_t)64)
 
-/* GCC 12 takes a function that does nothing but prefetch for one without effect, and drops the calls of it and of those
- * that call it. */
-#define PREFETCH_STAYS() __asm__ volatile("")
-
-/* Asks for all lines of the block, which need not be aligned. Whether it is to be written makes a difference only where
- * the compiler's target has an instruction for that: x86-64 as such has none. */
-static inline void prefetch_to_read(const void *block, size_t bytes)
+/*
+ * Asks for all lines of the block, which need not be aligned, to be read or written.
+ *
+ * GCC 12 takes a function that does nothing but prefetch for one without effect, and drops the calls of it and of those
+ * that call it: the empty statement prevents that.
+ */
+static inline void prefetch_block(const void *block, size_t bytes)
 {
     const char *end = (const char *)block + bytes;
-    PREFETCH_STAYS();
+    __asm__ volatile("");
     for (const char *line = (const char *)block - (uintptr_t)block % CACHE_LINE; line < end;
          line += CACHE_LINE)
-        __builtin_prefetch(line, 0);
-}
-
-static inline void prefetch_to_write(const void *block, size_t bytes)
-{
-    const char *end = (const char *)block + bytes;
-    PREFETCH_STAYS();
-    for (const char *line = (const char *)block - (uintptr_t)block % CACHE_LINE; line < end;
-         line += CACHE_LINE)
-        __builtin_prefetch(line, 1);
+        __builtin_prefetch(line);
 }
 
 #endif

@@ -101,11 +101,11 @@ static inline void slots_empty(struct slots *slots, unsigned turn)
  * whose lines are in the caches of the renderer's core. */
 static inline void tray_expect_lot(const struct tray *tray, unsigned turn)
 {
-    enum { FEW = 4 };
-    prefetch_to_write(&tray->sent, 1);
-    prefetch_to_write(&tray->lots, 1);
-    prefetch_to_write(tray->lot[turn % TRAY_SLOTS],
-                      sizeof(struct lot_header) + FEW * (sizeof(float) + sizeof(struct tile)));
+    enum { FEW = 4 }; /* lots of 44 renderers have three tiles in the mean */
+    prefetch_block(&tray->sent, 1);
+    prefetch_block(&tray->lots, 1);
+    prefetch_block(tray->lot[turn % TRAY_SLOTS],
+                   sizeof(struct lot_header) + FEW * (sizeof(float) + sizeof(struct tile)));
 }
 
 /* Called by the master: puts a lot into the slot whose turn it is, which must be empty. */

@@ -59,8 +59,7 @@ static uint32_t rows_ahead(const struct tile *tile)
 
 static void expect_row(const struct canvas *canvas, const struct tile *tile, uint32_t row)
 {
-    if (row < tile->h)
-        prefetch_to_write(canvas_at(canvas, tile->x, tile->y + row), row_bytes(tile));
+    if (row < tile->h) prefetch_block(canvas_at(canvas, tile->x, tile->y + row), row_bytes(tile));
 }
 
 void canvas_expect(const struct canvas *canvas, const struct tile *tile)

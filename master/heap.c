@@ -31,7 +31,7 @@ void heap_free(struct heap *heap)
 void heap_expect(const struct heap *heap)
 {
     const uint32_t three_levels = 1 + CHILDREN + CHILDREN * CHILDREN;
-    prefetch_to_write(heap->entries, smaller(heap->count, three_levels) * sizeof *heap->entries);
+    prefetch_block(heap->entries, smaller(heap->count, three_levels) * sizeof *heap->entries);
 }
 
 static void set_entry(struct heap *heap, uint32_t place, struct heap_entry entry)

@@ -112,10 +112,10 @@ static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id
 void queue_expect(const struct queue *queue, uint32_t renderer)
 {
     if (!queue->is_dynamic || queue->waiting.count == 0) return;
-    prefetch_to_write(&queue->holdings.holders[renderer], sizeof *queue->holdings.holders);
-    prefetch_to_write(&queue->pace.renderers[renderer], sizeof *queue->pace.renderers);
+    prefetch_block(&queue->holdings.holders[renderer], sizeof *queue->holdings.holders);
+    prefetch_block(&queue->pace.renderers[renderer], sizeof *queue->pace.renderers);
     heap_expect(&queue->waiting);
-    prefetch_to_write(&queue->items[heap_top(&queue->waiting)], sizeof *queue->items);
+    prefetch_block(&queue->items[heap_top(&queue->waiting)], sizeof *queue->items);
 }
 
 uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,

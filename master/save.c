@@ -198,11 +198,14 @@ static bool append(struct save *save, const struct finished *finished)
 
 /* ---- lists ---- */
 
+/* Room of a list that has none: about as many tiles come between two writes. */
+#define ROOM_AT_FIRST 64
+
 /* A new item at the end, whose content is left to the caller. */
 static struct finished *list_add(struct finished_list *list)
 {
     if (list->count == list->room) {
-        list->room = list->room ? 2 * list->room : 64;
+        list->room = list->room ? 2 * list->room : ROOM_AT_FIRST;
         list->items = reallocate(list->items, list->room, sizeof *list->items);
     }
     return &list->items[list->count++];

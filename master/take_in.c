@@ -38,7 +38,7 @@ static size_t take_unfinished(struct server *server, uint32_t renderer,
 static void expect_tile(const struct server *server, const struct tile *tile, const float *rgb)
 {
     size_t bytes = 3 * (size_t)tile_pixels(tile) * sizeof *rgb;
-    prefetch_to_read(rgb, bytes < CANVAS_AHEAD ? bytes : CANVAS_AHEAD);
+    prefetch_block(rgb, bytes < CANVAS_AHEAD ? bytes : CANVAS_AHEAD);
     canvas_expect(server->service->canvas, tile);
 }
 
